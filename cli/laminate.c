@@ -2,10 +2,8 @@
 #include "laminate.h"
 
 #include "api/json/text.h"
-#include "api/laminate/courses.h"
-#include "api/laminate/flat_plies.h"
+#include "api/laminate/account.h"
 #include "api/laminate/run.h"
-#include "api/laminate/seams.h"
 #include <errno.h>
 #include <string.h>
 #include <unistd.h>
@@ -75,139 +73,59 @@ void laminate_job_close(struct laminate_job *job) {
     arena_free(job->arena);
 }
 
-/* The number of a ply's cloth: within its boundary, if it has one. */
-static void report_cloth(const struct laminate_job *job, size_t k, const struct flat_ply *shape,
-                         struct api_text *text) {
-    const struct laminate_ply *ply = &job->laminate.plies[k];
-    double metres = job->laminate.length_unit->metres;
-    api_text_key_number(text, "cloth_coverage", shape->covered);
-    api_text_key_number(text, "max_shear_deg", shape->max_shear_deg);
-    if (shape->locked_cells >= 0)
-        api_text_key_number(text, "locked_cells", shape->locked_cells);
-    api_text_key_number(text, "area", shape->area);
-    if (ply->areal_weight > 0)
-        api_text_key_number(
-            text, "mass", laminate_layers(ply) * ply->areal_weight * shape->area * metres * metres);
+/* The seams of a ply between splits, or what its courses take. */
+static void tell_division(const struct laminate *laminate, const struct ply_account *account) {
+    const struct laminate_ply *ply = &laminate->plies[account->first];
+    const struct laminate_piece *pieces = ply->pieces->pieces;
+    const char *unit = laminate->length_unit->name;
+    char line[256];
+    snprintf(line, sizeof line, "%s, %zu %s cover %.4g %% of the part", ply->name, account->count,
+             ply->pieces->courses ? "courses" : "pieces", 100 * account->covered);
+    files_complain("ply", line);
+    for (size_t k = 0; k < account->seam_count; k++) {
+        const struct seam *seam = &account->seams[k];
+        snprintf(line, sizeof line,
+                 "%s, %s to %s, %.4g %s long, overlap %.4g wide, gap %.4g, warps at %.3g degrees",
+                 ply->name, pieces[seam->piece[0]].name, pieces[seam->piece[1]].name, seam->length,
+                 unit, seam->overlap_width, seam->gap_width, seam->greatest_deg);
+        files_complain("seam", line);
+    }
+    const double *sums = account->courses;
+    snprintf(line, sizeof line,
+             "%s, %.4g %s2 from the roll, %.4g of it trimmed, gaps %.4g, overlaps %.4g", ply->name,
+             sums[COURSE_AREA], unit, sums[COURSE_TRIM_AREA], sums[COURSE_GAP_AREA],
+             sums[COURSE_OVERLAP_AREA]);
+    if (ply->pieces->courses)
+        files_complain("courses", line);
 }
 
-/* What became of one ply, or of one piece, beside its name. */
-static bool report_ply(const struct laminate_job *job, size_t k, const struct flat_ply *shape,
-                       const struct api_problem *fault, struct api_text *text,
-                       struct api_problem *problem) {
-    static struct api_columns columns;
-    const struct laminate_ply *ply = &job->laminate.plies[k];
-    const struct api_reader *net = job->nets[ply->net];
-    api_text_key_string(text, "digest", job->laminate.net_digest[ply->net]);
-    api_text_key_string(text, "status", net ? "succeeded" : "failed");
-    if (!net) {
-        api_text_key_string(text, "error", job->problems[ply->net].error[0].detail);
-        return true;
-    }
-    if (api_columns_open(net, &columns, problem) != API_OK)
-        return false;
-    const struct api_summary *summary = &columns.summary;
-    bool partial = shape ? shape->partial : summary->outcome == DRAPE_PARTIAL;
-    api_text_key_string(text, "outcome", outcome_names[partial ? DRAPE_PARTIAL : DRAPE_COMPLETE]);
-    api_text_key_integer(text, "nodes", (int64_t)summary->nodes);
-    if (shape)
-        report_cloth(job, k, shape, text);
-    if (!ply->boundary.count && !ply->pieces)
-        api_text_key_number(text, "mean_shear_deg", summary->mean_shear_deg);
-    api_text_key(text, "warnings");
-    api_text_raw(text, "[");
-    size_t said = 0;
-    for (size_t w = 0; w < summary->warnings.count; w++) {
-        if (!flat_plies_concerns(&job->laminate, k, &summary->warnings.list[w]))
+void laminate_job_tell(const struct laminate_job *job) {
+    const struct laminate *laminate = &job->laminate;
+    struct ply_account account;
+    for (size_t k = 0; k < laminate->count; k += account.count) {
+        struct arena_mark mark = arena_mark(job->arena);
+        struct api_problem problem = {0};
+        struct flat_plies shapes = {0};
+        account.count = 1;
+        if (!laminate->plies[k].pieces)
             continue;
-        api_text_raw(text, said++ ? "," : "");
-        api_text_string(text, summary->warnings.list[w].detail);
+        bool known = flat_plies_make(laminate, job->nets, (int)laminate->plies[k].number,
+                                     job->arena, &shapes, &problem) == API_OK;
+        if (!known)
+            flat_plies_free(&shapes);
+        if (ply_account_make(laminate, &shapes, k, job->arena, &account, &problem) == API_OK &&
+            known)
+            tell_division(laminate, &account);
+        flat_plies_free(&shapes);
+        arena_rewind(job->arena, mark);
     }
-    if (!shape) {
-        api_text_raw(text, said ? "," : "");
-        api_text_string(text, fault->error[0].detail);
-    }
-    api_text_raw(text, "]");
-    return true;
-}
-
-/* The sums over the courses of a ply. */
-static void report_courses(const struct laminate_pieces *pieces, struct api_text *text) {
-    double sums[COURSE_FIGURES];
-    courses_sum_up(pieces, sums);
-    api_text_key_object(text, "courses");
-    api_text_key_integer(text, "count", (int64_t)pieces->count);
-    courses_write_figures(text, sums);
-    api_text_raw(text, "}");
-}
-
-/* The pieces of a ply whose first is ply k, and its seams, or what its courses are together. */
-static bool report_pieces(const struct laminate_job *job, size_t k, const struct flat_plies *shapes,
-                          bool known, const struct api_problem *fault, struct api_text *text,
-                          struct api_problem *problem) {
-    const struct laminate_pieces *pieces = job->laminate.plies[k].pieces;
-    const struct flat_ply *siblings[LAMINATE_SIBLINGS_MAX] = {NULL};
-    const struct seam *seams;
-    size_t count = 0;
-    if (known && shapes->count)
-        (void)flat_plies_siblings(shapes, &job->laminate, 0, siblings);
-    if (known && shapes->count)
-        api_text_key_number(text, "cloth_coverage", shapes->shapes[0].covered);
-    if (pieces->courses)
-        report_courses(pieces, text);
-    api_text_key(text, "pieces");
-    for (size_t n = 0; n < pieces->count; n++) {
-        api_text_raw(text, n ? ",{" : "[{");
-        api_text_key_string(text, "name", pieces->pieces[n].name);
-        if (pieces->courses) {
-            api_text_key_object(text, "course");
-            courses_write_figures(text, pieces->pieces[n].figures);
-            api_text_raw(text, "}");
-        }
-        if (!report_ply(job, k + n, siblings[n], fault, text, problem))
-            return false;
-        api_text_raw(text, "}");
-    }
-    api_text_raw(text, "]");
-    if (pieces->courses)
-        return true;
-    if (known && shapes->count &&
-        seams_make(&job->laminate, shapes, 0, job->arena, &seams, &count, problem) != API_OK)
-        return false;
-    api_text_key(text, "seams");
-    api_text_raw(text, "[");
-    for (size_t n = 0; n < count; n++) {
-        api_text_raw(text, n ? "," : "");
-        seams_write(pieces, &seams[n], text);
-    }
-    api_text_raw(text, "]");
-    return true;
 }
 
 bool laminate_job_report(const struct laminate_job *job, const struct files_output *output,
                          struct api_problem *problem) {
     struct api_text text = api_text_growing(job->arena);
-    api_text_raw(&text, "{\"plies\":[");
-    for (size_t k = 0, next; k < job->laminate.count; k = next) {
-        const struct laminate_ply *ply = &job->laminate.plies[k];
-        struct api_problem own = {0};
-        struct flat_plies shapes;
-        api_text_raw(&text, k ? ",{" : "{");
-        api_text_key_string(&text, "name", ply->name);
-        api_text_key_integer(&text, "layers", laminate_layers(ply));
-        api_text_key_number(&text, "offset", ply->drape.offset);
-        bool known = flat_plies_make(&job->laminate, job->nets, (int)ply->number, job->arena,
-                                     &shapes, &own) == API_OK;
-        next = k + (ply->pieces ? ply->pieces->count : 1);
-        bool good = ply->pieces
-                        ? report_pieces(job, k, &shapes, known, &own, &text, problem)
-                        : report_ply(job, k, known && shapes.count ? &shapes.shapes[0] : NULL, &own,
-                                     &text, problem);
-        api_text_raw(&text, "}");
-        flat_plies_free(&shapes);
-        if (!good)
-            return false;
-    }
-    api_text_raw(&text, "]}\n");
+    if (laminate_account_write(&job->laminate, job->nets, job->problems, &text, problem) != API_OK)
+        return false;
     const char *document = api_text_finish(&text);
     if (!document)
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the document");

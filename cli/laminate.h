@@ -26,6 +26,9 @@ bool laminate_job_run(struct laminate_job *job, const struct api_input *input,
                       const struct api_limits *limits, struct api_problem *problem);
 void laminate_job_close(struct laminate_job *job);
 
+/* Tells on standard error what the pieces of plies cover, how they meet, and what courses take. */
+void laminate_job_tell(const struct laminate_job *job);
+
 /* Writes what became of each ply as a JSON document. */
 bool laminate_job_report(const struct laminate_job *job, const struct files_output *output,
                          struct api_problem *problem);

@@ -247,6 +247,8 @@ static bool answer(struct arguments *arguments, struct files_bytes *request, FIL
         const struct api_sink sink = {.write = files_append, .context = output->stream};
         roll.partial = arguments->options.partial;
         ok = laminate_job_run(&job, &input, &arguments->limits, &problem);
+        if (ok)
+            laminate_job_tell(&job);
         if (ok && arguments->map)
             ok = write_map(arguments, NULL, NULL, &job, output, &problem);
         else if (ok && strcmp(format->name, "json") == 0)

@@ -68,4 +68,12 @@ void cut_sheet_summary(const struct cut_sheet *sheet, const struct cut_roll *rol
                    "utilisation %.1f %%, waste %.1f %%; revision %s",
                    patterns, length, sheet->width, sheet->unit->name, rolls, area,
                    sheet->unit->name, used, 100 - used, sheet->revision);
+    size_t said = strlen(summary);
+    if (!roll && sheet->left_out == 1)
+        (void)snprintf(summary + said, CUT_TEXT_SIZE - said,
+                       "; without \"%s\", which could not be draped", sheet->left_out_first);
+    else if (!roll && sheet->left_out > 1)
+        (void)snprintf(summary + said, CUT_TEXT_SIZE - said,
+                       "; without %zu plies that could not be draped, the first of them \"%s\"",
+                       sheet->left_out, sheet->left_out_first);
 }

@@ -48,6 +48,8 @@ struct cut_sheet {
     double width;         /* of the rolls */
     const struct cut_roll *rolls;
     size_t roll_count;
+    size_t left_out;            /* plies that have no pattern, since they could not be draped, .. */
+    const char *left_out_first; /* .. and the title of the first; NULL: there is none */
 };
 
 /* A stretch along the warp within a shape: the longest of some lines across it. */
@@ -61,7 +63,7 @@ void cut_layer_title(const struct cut_roll *roll, const struct nesting_place *pl
                      char title[CUT_TEXT_SIZE]);
 
 /* "5 patterns on 3.2 x 1.27 m of roll, warp along it; cloth 3.1 m2, utilisation 76.3 %, waste 23.7
- * %; revision ...": of one roll, or with NULL of all. */
+ * %; revision ...": of one roll, or with NULL of all. Of all it also says what is left out. */
 void cut_sheet_summary(const struct cut_sheet *sheet, const struct cut_roll *roll,
                        char summary[CUT_TEXT_SIZE]);
 

@@ -27,6 +27,7 @@ enum format_use {
     FORMAT_REPORT = 8,  /* a page that says all about a stored result */
     FORMAT_LASER = 16,  /* of a laminate: what projectors draw; no encoder writes it */
     FORMAT_BUNDLE = 32, /* of a laminate: all of it; likewise */
+    FORMAT_BOOK = 64,   /* of a laminate: what became of its plies; likewise */
 };
 
 struct format {

@@ -2,6 +2,13 @@
 /* What laminates write themselves (`api/laminate/patterns.h`): no encoder does. */
 #include "format.h"
 
+const struct format format_account = {
+    .name = "json",
+    .media_type = "application/json",
+    .about = "what became of each ply: coverage, shear, seams, courses",
+    .exact = "every bit",
+    .uses = FORMAT_BOOK};
+
 const struct format format_laser = {
     .name = "laser",
     .media_type = "application/x-laser+json",

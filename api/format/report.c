@@ -381,7 +381,7 @@ static void end_html(struct encoder *encoder) {
 }
 
 const struct format format_html = {.name = "html",
-                                   .uses = FORMAT_REPORT,
+                                   .uses = FORMAT_REPORT | FORMAT_BOOK,
                                    .media_type = "text/html",
                                    .about = "a page to print and file: part, pattern, summary, "
                                             "warnings, inputs, versions",

@@ -174,7 +174,7 @@ static bool add_drawings(struct bundle *b) {
     static const struct {
         const char *name, *format;
         enum format_use use;
-    } drawings[] = {{"ply_book.html", "html", FORMAT_REPORT},
+    } drawings[] = {{"ply_book.html", "html", FORMAT_BOOK},
                     {"patterns/rolls.svg", "svg", FORMAT_PATTERN},
                     {"patterns/rolls.dxf", "dxf", FORMAT_PATTERN},
                     {"patterns/pieces_astm.dxf", "astm", FORMAT_PATTERN},

@@ -71,17 +71,25 @@ static struct cell *cells_passed(const struct region *region, size_t *count, str
     return cells;
 }
 
+/* How many cells a ply has, whole ones and those that its edge passes, and the sum of the cosines
+ * of their shear. */
+struct cell_sums {
+    double cosine[2];
+    size_t count[2];
+};
+
 /* Takes the cells of a table, whole ones or those that the rim cuts, into the ply's numbers: those
  * whose middle lies within the boundary, or that it passes; of a piece, whose cloth goes on beyond
  * its splits in the net alone, only those that it has whole. False when they cannot be read. */
 static bool add_cells_inside(const struct api_reader *reader, const struct api_columns *columns,
                              enum api_table table, const struct region *region,
                              const struct cell *passed, size_t passed_count,
-                             const struct api_fabric *fabric, struct flat_ply *shape) {
+                             const struct api_fabric *fabric, struct cell_sums *sums,
+                             struct flat_ply *shape) {
     enum { BLOCK = 512, COLUMNS = 3 };
     static const char *const names[COLUMNS] = {"i", "j", "shear_deg"};
     double block[COLUMNS][BLOCK];
-    size_t rows = api_columns_rows(columns, table), counted = 0;
+    size_t rows = api_columns_rows(columns, table);
     for (size_t first = 0, held; first < rows; first += held) {
         held = rows - first < BLOCK ? rows - first : BLOCK;
         for (int c = 0; c < COLUMNS; c++) {
@@ -94,38 +102,44 @@ static bool add_cells_inside(const struct api_reader *reader, const struct api_c
             const struct cell key = {(int32_t)block[0][k], (int32_t)block[1][k]};
             double signed_deg = block[2][k], shear_deg = fabs(signed_deg);
             bool cut = bsearch(&key, passed, passed_count, sizeof *passed, compare_ply_cells);
-            if (shape->piece ? cut || !region_contains(region, middle)
-                             : !cut && !region_contains(region, middle))
+            if (!cut && !region_contains(region, middle))
+                continue;
+            sums->cosine[cut] += cos(shear_deg / degrees);
+            sums->count[cut]++;
+            if (cut && shape->piece)
                 continue;
             shape->max_shear_deg = fmax(shape->max_shear_deg, shear_deg);
-            shape->cosine += cos(shear_deg / degrees);
-            counted++;
             shape->locked_cells +=
                 table == API_TABLE_CELLS && shear_limit_locks(fabric, signed_deg);
         }
     }
-    shape->cell_count += counted;
     return true;
 }
 
-/* The numbers of a ply from the cells within a region of its net. */
+/* The numbers of a ply from the cells within a region of its net. A cell of sides a and b has the
+ * area a b cos(shear) on the part; of those that the edge passes the ply has what its flat area
+ * leaves over, and their mean cosine. */
 static enum api_problem_id count_cells(const struct laminate *laminate,
                                        const struct api_reader *reader,
                                        const struct api_columns *columns,
                                        const struct region *region, struct arena *arena,
                                        struct flat_ply *shape, struct api_problem *problem) {
     const struct api_fabric *fabric = &laminate->plies[shape->ply].drape.fabric;
+    const double cell = columns->grid.spacing[0] * columns->grid.spacing[1];
+    struct cell_sums sums = {0};
     size_t count;
     struct cell *passed = cells_passed(region, &count, arena);
     if (!passed)
         return api_problem_no_memory(problem, "the patterns");
-    shape->max_shear_deg = shape->cosine = 0;
+    shape->max_shear_deg = 0;
     shape->locked_cells = shear_limit_given(fabric) ? 0 : -1;
     for (int k = 0; k < 2; k++)
         if (!add_cells_inside(reader, columns, k ? API_TABLE_CUT : API_TABLE_CELLS, region, passed,
-                              count, fabric, shape))
+                              count, fabric, &sums, shape))
             return map_net_damaged(problem);
-    shape->cosine = shape->cell_count ? shape->cosine / (double)shape->cell_count : 1;
+    shape->surface = cell * sums.cosine[0];
+    shape->surface += (shape->area - cell * (double)sums.count[0]) *
+                      (sums.count[1] ? sums.cosine[1] / (double)sums.count[1] : 1);
     return API_OK;
 }
 
@@ -302,15 +316,15 @@ static enum api_problem_id sew_piece(const struct laminate *laminate,
     return count_cells(laminate, reader, &cloth->columns, &region, arena, shape, problem);
 }
 
-/* How much of the part all pieces of a ply cover: all of it where none ends bare or has a gap, if
- * that is what their areas say, too, as far as the mean cosine of whole cells tells. */
+/* How much of the part all pieces of a ply cover, each what it has in its region: all of it where
+ * none ends bare or has a gap, if that is what their areas say, too. */
 static void cover_with_pieces(const struct laminate_pieces *pieces, struct flat_ply *first,
                               size_t count) {
     static const double least = 0.95;
     bool whole = count == pieces->count && pieces->seam.gap <= 0;
     double area = 0;
     for (size_t n = 0; n < count; n++) {
-        area += fmin(first[n].area, first[n].region_area) * first[n].cosine;
+        area += first[n].surface * fmin(first[n].region_area / first[n].area, 1);
         whole = whole && !first[n].partial;
     }
     for (size_t n = 0; n < count; n++)

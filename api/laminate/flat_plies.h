@@ -30,9 +30,8 @@ struct flat_ply {
     struct flat_piece *piece; /* NULL: the ply is of one */
     struct polygons cloth;    /* all of its cloth, with what is cut off */
     double region_area;       /* of the cloth in its region, flat */
-    double cosine;            /* mean cosine of its shear, of so many cells */
-    size_t cell_count;
-    double part_area; /* of the part */
+    double surface;           /* of `cut`, on the part */
+    double part_area;         /* of the part */
 };
 
 struct flat_plies {

@@ -358,8 +358,7 @@ static bool lift_lines(const struct tracing *t, const struct heights *heights, i
 /* ---- the whole ---- */
 
 /* What is known of every ply that something lies on. */
-static bool may_be_lit(const struct laminate *laminate, const struct api_reader *const *nets,
-                       bool without_failed, struct api_problem *problem) {
+static bool may_be_lit(const struct laminate *laminate, struct api_problem *problem) {
     for (size_t k = 0; k < laminate->count; k++) {
         const struct laminate_ply *ply = &laminate->plies[k];
         bool covered = k + 1 < laminate->count || laminate_layers(ply) > 1;
@@ -370,12 +369,6 @@ static bool may_be_lit(const struct laminate *laminate, const struct api_reader 
                                     "the height at which a laser draws is that of the stack below, "
                                     "and the thickness of ply %zu (\"%s\") is not known: state its "
                                     "fabric.thickness, or ask for patterns",
-                                    ply->number + 1, title);
-        if (!nets[ply->net] && !without_failed)
-            return !api_problem_set(problem, API_INVALID_REQUEST,
-                                    "ply %zu (\"%s\") could not be draped, so that the lines of "
-                                    "plies above would be too low: correct it, or ask for "
-                                    "partial=1, without it",
                                     ply->number + 1, title);
     }
     return true;
@@ -455,7 +448,7 @@ static enum api_problem_id lift_traced(const struct tracing *t,
 enum api_problem_id laser_make(const struct laminate *laminate,
                                const struct api_reader *const *nets,
                                const struct flat_plies *shapes, double tolerance,
-                               bool without_failed, struct arena *arena, struct laser_sheet *sheet,
+                               struct arena *arena, struct laser_sheet *sheet,
                                struct api_problem *problem) {
     struct tracing t = {.laminate = laminate, .arena = arena, .tolerance = tolerance / 2};
     size_t *first = arena_alloc(arena, shapes->count + 1, sizeof *first);
@@ -463,8 +456,7 @@ enum api_problem_id laser_make(const struct laminate *laminate,
         .unit = laminate->length_unit, .revision = laminate->revision, .tolerance = tolerance};
     if (!first)
         return api_problem_no_memory(problem, "the lines");
-    if (may_be_lit(laminate, nets, without_failed, problem) &&
-        trace_all(&t, nets, shapes, first, problem) == API_OK)
+    if (may_be_lit(laminate, problem) && trace_all(&t, nets, shapes, first, problem) == API_OK)
         (void)!lift_traced(&t, nets, shapes, first, sheet, problem);
     free(t.points);
     free(t.lines);

@@ -22,14 +22,13 @@
 
 /*
  * Of a laminate that is resolved and the shapes of all its plies; `tolerance` is in its unit.
- * `without_failed`: plies that have no net do not count, otherwise they are refused. The sheet lies
- * in the arena. API_OK, API_INVALID_REQUEST (a thickness is not known, no net), API_INTERNAL,
- * API_OUT_OF_MEMORY.
+ * Plies that have no net do not count: those above lie lower. The sheet lies in the arena. API_OK,
+ * API_INVALID_REQUEST (a thickness is not known), API_INTERNAL, API_OUT_OF_MEMORY.
  */
 enum api_problem_id laser_make(const struct laminate *laminate,
                                const struct api_reader *const *nets,
                                const struct flat_plies *shapes, double tolerance,
-                               bool without_failed, struct arena *arena, struct laser_sheet *sheet,
+                               struct arena *arena, struct laser_sheet *sheet,
                                struct api_problem *problem) STATUS_MUST_USE;
 
 /* Of every ply, or piece, of a laminate its edge on the part itself, at the default tolerance; in

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "patterns.h"
 
+#include "account.h"
 #include "api/format/cut_sheet.h"
 #include "api/format/dxf_writer.h"
 #include "api/format/html.h"
@@ -24,6 +25,9 @@ struct patterns {
     const struct laminate *laminate;
     const struct api_reader *const *nets;
     struct arena *arena;
+    int ply;
+    size_t left_out;       /* plies, or pieces, that are asked for and have no net, .. */
+    size_t first_left_out; /* .. and the first of them */
     struct flat_plies shapes;
     struct cut_roll *rolls;
     struct cut_sheet sheet;
@@ -210,9 +214,16 @@ static enum api_problem_id nest_rolls(struct patterns *p, const struct laminate_
 
 static enum api_problem_id lay_out_plies(struct patterns *p, const struct laminate_roll *roll,
                                          struct api_problem *problem) {
+    char *title = arena_alloc(p->arena, LAMINATE_TITLE_SIZE, 1);
+    if (!title)
+        return api_problem_no_memory(problem, "the patterns");
+    if (p->left_out)
+        laminate_title(&p->laminate->plies[p->first_left_out], title);
     p->sheet = (struct cut_sheet){.unit = p->laminate->length_unit,
                                   .style = p->laminate->revision,
-                                  .revision = p->laminate->revision};
+                                  .revision = p->laminate->revision,
+                                  .left_out = p->left_out,
+                                  .left_out_first = p->left_out ? title : NULL};
     return fill_rolls(p) ? nest_rolls(p, roll, problem)
                          : api_problem_no_memory(problem, "the patterns");
 }
@@ -343,9 +354,31 @@ static void write_svg(const struct cut_sheet *sheet, struct api_text *text) {
 
 /* ---- the whole ---- */
 
-/* Whether machines may get the patterns: none of a ply that leaves some bare, unless asked for. */
+/* Plies that are asked for and could not be draped. */
+static void find_left_out(struct patterns *p) {
+    const struct laminate *laminate = p->laminate;
+    for (size_t k = laminate->count; k-- > 0;) {
+        const struct laminate_ply *ply = &laminate->plies[k];
+        if (p->nets[ply->net] || (p->ply != LAMINATE_ALL && ply->number != (size_t)p->ply))
+            continue;
+        p->left_out++;
+        p->first_left_out = k;
+    }
+}
+
+/* Whether machines may get the patterns: none that lack a ply, and none of a ply that leaves some
+ * bare, unless asked for. */
 static bool may_be_cut(const struct patterns *p, const struct laminate_roll *roll,
                        struct api_problem *problem) {
+    if (p->left_out && !roll->partial) {
+        const struct laminate_ply *ply = &p->laminate->plies[p->first_left_out];
+        char title[LAMINATE_TITLE_SIZE];
+        laminate_title(ply, title);
+        return !api_problem_set(problem, API_INVALID_REQUEST,
+                                "ply %zu (\"%s\") could not be draped and would be lacking: "
+                                "correct it, or ask for partial=1, without it",
+                                ply->number + 1, title);
+    }
     for (size_t k = 0; k < p->shapes.count && !roll->partial; k++) {
         const struct flat_ply *shape = &p->shapes.shapes[k];
         char name[LAMINATE_TITLE_SIZE];
@@ -415,10 +448,20 @@ static void write_laser(const struct patterns *p, const struct laser_document *d
     struct laser_sheet sheet;
     double tolerance =
         roll->tolerance > 0 ? roll->tolerance : LASER_TOLERANCE / p->laminate->length_unit->metres;
-    if (may_be_cut(p, roll, problem) &&
-        laser_make(p->laminate, p->nets, &p->shapes, tolerance, roll->partial, p->arena, &sheet,
-                   problem) == API_OK)
+    if (may_be_cut(p, roll, problem) && laser_make(p->laminate, p->nets, &p->shapes, tolerance,
+                                                   p->arena, &sheet, problem) == API_OK)
         document->write(&sheet, text);
+}
+
+/* Hands the document over, unless something was wrong with it. */
+static enum api_problem_id send_document(struct api_text *text, const struct api_sink *sink,
+                                         struct api_problem *problem) {
+    const char *document = problem->id == API_OK ? api_text_finish(text) : NULL;
+    if (document && !sink->write(sink->context, document, strlen(document)))
+        api_problem_set(problem, API_UNAVAILABLE, "there is no disk space for the patterns now");
+    else if (!document && problem->id == API_OK)
+        api_problem_no_memory(problem, "the patterns");
+    return problem->id;
 }
 
 enum api_problem_id laminate_patterns(const struct laminate *laminate,
@@ -426,29 +469,31 @@ enum api_problem_id laminate_patterns(const struct laminate *laminate,
                                       const char *format, const struct laminate_roll *roll,
                                       const struct api_sink *sink, struct arena *arena,
                                       struct api_problem *problem) {
-    struct patterns p = {.laminate = laminate, .nets = nets, .arena = arena};
+    struct patterns p = {.laminate = laminate, .nets = nets, .arena = arena, .ply = ply};
     const struct roll_document *on_roll = NULL;
     const struct laser_document *laser = NULL;
     struct api_text text = api_text_growing(arena);
     if (strcmp(format, "bundle") == 0)
         return laminate_bundle(laminate, nets, roll, sink, arena, problem);
+    if (strcmp(format, "json") == 0) {
+        (void)!laminate_account_write(laminate, nets, NULL, &text, problem);
+        return send_document(&text, sink, problem);
+    }
     for (size_t k = 0; k < sizeof roll_documents / sizeof *roll_documents; k++)
         on_roll = strcmp(format, roll_documents[k].name) == 0 ? &roll_documents[k] : on_roll;
     for (size_t k = 0; k < sizeof laser_documents / sizeof *laser_documents; k++)
         laser = strcmp(format, laser_documents[k].name) == 0 ? &laser_documents[k] : laser;
+    find_left_out(&p);
     if (flat_plies_make(laminate, nets, ply, arena, &p.shapes, problem) == API_OK) {
         if (p.shapes.count == 0)
-            api_problem_set(problem, API_INVALID_REQUEST, "there is no ply to draw");
+            api_problem_set(problem, API_INVALID_REQUEST,
+                            "there is no ply to draw: what is asked for could not be draped, and "
+                            "the status of the laminate says why");
         else if (laser)
             write_laser(&p, laser, roll, &text, problem);
         else
             write_on_rolls(&p, on_roll, roll, &text, problem);
     }
-    const char *document = problem->id == API_OK ? api_text_finish(&text) : NULL;
-    if (document && !sink->write(sink->context, document, strlen(document)))
-        api_problem_set(problem, API_UNAVAILABLE, "there is no disk space for the patterns now");
-    else if (!document && problem->id == API_OK)
-        api_problem_no_memory(problem, "the patterns");
     flat_plies_free(&p.shapes);
-    return problem->id;
+    return send_document(&text, sink, problem);
 }

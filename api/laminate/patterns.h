@@ -34,11 +34,12 @@ size_t laminate_cloths(const struct laminate *laminate);
 /*
  * Writes the patterns of a laminate that is resolved, or of one ply (from 0) or LAMINATE_ALL, as
  * `format`: "dxf" (layers CUT and NAME, in the laminate's unit), "svg" (millimetres), "astm" and
- * "hpgl" (`cut_sheet.h`), "html", the ply book (`ply_book.h`), or what a laser projector draws,
- * "laser", "laser-csv" and "virtek" (`laser.h`), or "bundle", all of it (`bundle.h`). `nets` as for
- * a map; plies without a net are left out. API_OK, API_INVALID_REQUEST (a roll that is too narrow,
- * no ply, a boundary that cannot be followed, a ply with bare places for a machine, several rolls
- * in a format that has one), API_INTERNAL, API_OUT_OF_MEMORY or API_UNAVAILABLE (the sink refuses).
+ * "hpgl" (`cut_sheet.h`), "html", the ply book (`ply_book.h`), "json", its account (`account.h`),
+ * or what a laser projector draws, "laser", "laser-csv" and "virtek" (`laser.h`), or "bundle", all
+ * of it (`bundle.h`). `nets` as for a map; plies without a net are left out. API_OK,
+ * API_INVALID_REQUEST (a roll that is too narrow, no ply, a boundary that cannot be followed, a ply
+ * with bare places for a machine, several rolls in a format that has one), API_INTERNAL,
+ * API_OUT_OF_MEMORY or API_UNAVAILABLE (the sink refuses).
  */
 enum api_problem_id laminate_patterns(const struct laminate *laminate,
                                       const struct api_reader *const *nets, int ply,

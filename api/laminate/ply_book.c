@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "ply_book.h"
 
+#include "account.h"
 #include "api/format/html.h"
 #include "api/format/pattern.h"
 #include "api/result/stored_cuts.h"
-#include "courses.h"
 #include "laying.h"
-#include "seams.h"
 #include <math.h>
 
 enum { FIGURE = 600 /* pixels of the longer side of a pattern */ };
@@ -355,109 +354,129 @@ static void write_sums(const struct ply_book *book, const struct cut_sheet *shee
     api_text_raw(text, "</p>\n");
 }
 
-/* The seams of all plies of several pieces. */
-static void write_seams(struct ply_book *book) {
+/* Writes the head of a table in front of its first row, with the columns that are named. */
+static void begin_table(struct ply_book *book, const char *title, const char *const *heads,
+                        size_t count) {
     struct api_text *text = book->text;
-    const struct flat_plies *shapes = book->shapes;
-    bool any = false;
-    for (size_t n = 0; n < shapes->count; n++) {
-        const struct laminate_ply *ply = &book->laminate->plies[shapes->shapes[n].ply];
-        const struct seam *seams;
-        size_t count = 0;
-        if (!laminate_is_split(ply) ||
-            (n > 0 && book->laminate->plies[shapes->shapes[n - 1].ply].number == ply->number))
-            continue;
-        struct api_problem problem = {0};
-        if (seams_make(book->laminate, shapes, n, text->arena, &seams, &count, &problem) !=
-            API_OK) {
-            html_say(text, "No seams of ply %zu can be given: %s", ply->number + 1,
-                     problem.error[0].detail);
-            continue;
-        }
-        if (!any)
-            api_text_raw(text, "<h2>Seams</h2>\n<table>\n<tr><th>Ply</th><th>Pieces</th>"
-                               "<th>Length</th><th>Angle between the warps, mean</th>"
-                               "<th>greatest</th><th>Overlap, area</th><th>mean width</th>"
-                               "<th>Gap, area</th><th>mean width</th></tr>\n");
-        any = true;
-        for (size_t k = 0; k < count; k++) {
-            const struct laminate_piece *pieces = ply->pieces->pieces;
-            api_text_raw(text, "<tr><td>");
-            html_say(text, "%zu %s", ply->number + 1, ply->name);
-            next_table_cell(text);
-            html_say(text, "%s, %s", pieces[seams[k].piece[0]].name,
-                     pieces[seams[k].piece[1]].name);
-            next_table_cell(text);
-            html_say(text, "%.5g", seams[k].length);
-            next_table_cell(text);
-            html_say(text, "%.1f°", seams[k].mean_deg);
-            next_table_cell(text);
-            html_say(text, "%.1f°", seams[k].greatest_deg);
-            next_table_cell(text);
-            html_say(text, "%.5g", seams[k].overlap_area);
-            next_table_cell(text);
-            html_say(text, "%.4g", seams[k].overlap_width);
-            next_table_cell(text);
-            html_say(text, "%.5g", seams[k].gap_area);
-            next_table_cell(text);
-            html_say(text, "%.4g", seams[k].gap_width);
-            api_text_raw(text, "</td></tr>\n");
-        }
+    api_text_raw(text, "<h2>");
+    html_say(text, "%s", title);
+    api_text_raw(text, "</h2>\n<table>\n<tr>");
+    for (size_t n = 0; n < count; n++) {
+        api_text_raw(text, "<th>");
+        html_say(text, "%s", heads[n]);
+        api_text_raw(text, "</th>");
     }
-    api_text_raw(text, any ? "</table>\n" : "");
+    api_text_raw(text, "</tr>\n");
 }
 
-/* The courses of all plies that have them: of each, and of the ply. */
-static void write_courses(struct ply_book *book) {
-    static const char *const heads[COURSE_FIGURES] = {"Width",
-                                                      "Cut length",
-                                                      "From the roll, area",
-                                                      "On the part, area",
-                                                      "Trimmed, area",
-                                                      "Share of the part",
-                                                      "Shear, mean",
-                                                      "greatest",
-                                                      "Deviation, mean",
-                                                      "greatest",
-                                                      "Gap, least",
-                                                      "greatest",
-                                                      "Gap, area",
-                                                      "Overlap, area",
-                                                      "Stagger"};
+/* The first cell of a row: what ply it is of. */
+static void begin_row(struct ply_book *book, const struct laminate_ply *ply) {
+    api_text_raw(book->text, "<tr><td>");
+    html_say(book->text, "%zu %s", ply->number + 1, ply->name);
+    next_table_cell(book->text);
+}
+
+/* The seams of a ply of several pieces, below those of the plies before it. */
+static bool write_seams(struct ply_book *book, const struct ply_account *account, bool begun) {
+    static const char *const heads[] = {
+        "Ply",       "Pieces",        "Length",     "Angle between the warps, mean",
+        "greatest",  "Overlap, area", "mean width", "Gap, area",
+        "mean width"};
+    const struct laminate_ply *ply = &book->laminate->plies[account->first];
     struct api_text *text = book->text;
-    bool any = false;
-    for (size_t k = 0; k < book->laminate->count; k++) {
-        const struct laminate_ply *ply = &book->laminate->plies[k];
-        const struct laminate_pieces *pieces = ply->pieces;
-        if (!pieces || !pieces->courses)
-            continue;
-        if (!any)
-            api_text_raw(text, "<h2>Courses</h2>\n<table>\n<tr><th>Ply</th><th>Course</th>");
-        for (int n = 0; n < COURSE_FIGURES && !any; n++) {
-            api_text_raw(text, "<th>");
-            html_say(text, "%s", heads[n]);
-            api_text_raw(text, "</th>");
-        }
-        api_text_raw(text, any ? "" : "</tr>\n");
-        any = true;
-        double sums[COURSE_FIGURES];
-        courses_sum_up(pieces, sums);
-        bool last = ply->piece + 1 == pieces->count;
-        for (int row = 0; row <= last; row++) {
-            const double *figures = row ? sums : pieces->pieces[ply->piece].figures;
-            api_text_raw(text, "<tr><td>");
-            html_say(text, "%zu %s", ply->number + 1, ply->name);
-            next_table_cell(text);
-            html_say(text, "%s", row ? "all" : pieces->pieces[ply->piece].name);
-            for (int n = 0; n < COURSE_FIGURES; n++) {
-                next_table_cell(text);
-                if (!isnan(figures[n]))
-                    html_say(text, "%.4g", figures[n]);
-            }
-            api_text_raw(text, "</td></tr>\n");
-        }
+    if (account->seam_count && !begun)
+        begin_table(book, "Seams", heads, sizeof heads / sizeof *heads);
+    for (size_t k = 0; k < account->seam_count; k++) {
+        const struct laminate_piece *pieces = ply->pieces->pieces;
+        const struct seam *seam = &account->seams[k];
+        begin_row(book, ply);
+        html_say(text, "%s, %s", pieces[seam->piece[0]].name, pieces[seam->piece[1]].name);
+        next_table_cell(text);
+        html_say(text, "%.5g", seam->length);
+        next_table_cell(text);
+        html_say(text, "%.1f°", seam->mean_deg);
+        next_table_cell(text);
+        html_say(text, "%.1f°", seam->greatest_deg);
+        next_table_cell(text);
+        html_say(text, "%.5g", seam->overlap_area);
+        next_table_cell(text);
+        html_say(text, "%.4g", seam->overlap_width);
+        next_table_cell(text);
+        html_say(text, "%.5g", seam->gap_area);
+        next_table_cell(text);
+        html_say(text, "%.4g", seam->gap_width);
+        api_text_raw(text, "</td></tr>\n");
     }
-    api_text_raw(text, any ? "</table>\n" : "");
+    return account->seam_count > 0 || begun;
+}
+
+/* The courses of a ply that is laid in them, of each and of all, likewise. */
+static bool write_courses(struct ply_book *book, const struct ply_account *account, bool begun) {
+    static const char *const heads[2 + COURSE_FIGURES] = {"Ply",
+                                                          "Course",
+                                                          "Width",
+                                                          "Cut length",
+                                                          "From the roll, area",
+                                                          "On the part, area",
+                                                          "Trimmed, area",
+                                                          "Share of the part",
+                                                          "Shear, mean",
+                                                          "greatest",
+                                                          "Deviation, mean",
+                                                          "greatest",
+                                                          "Gap, least",
+                                                          "greatest",
+                                                          "Gap, area",
+                                                          "Overlap, area",
+                                                          "Stagger"};
+    const struct laminate_ply *ply = &book->laminate->plies[account->first];
+    const struct laminate_pieces *pieces = ply->pieces;
+    struct api_text *text = book->text;
+    if (!pieces || !pieces->courses)
+        return begun;
+    if (!begun)
+        begin_table(book, "Courses", heads, sizeof heads / sizeof *heads);
+    for (size_t k = 0; k <= pieces->count; k++) {
+        bool all = k == pieces->count;
+        const double *figures = all ? account->courses : pieces->pieces[k].figures;
+        begin_row(book, ply);
+        html_say(text, "%s", all ? "all" : pieces->pieces[k].name);
+        for (int n = 0; n < COURSE_FIGURES; n++) {
+            next_table_cell(text);
+            if (!isnan(figures[n]))
+                html_say(text, "%.4g", figures[n]);
+        }
+        api_text_raw(text, "</td></tr>\n");
+    }
+    return true;
+}
+
+/* How the plies that are divided became so, in tables. */
+static void write_divisions(struct ply_book *book) {
+    const struct laminate *laminate = book->laminate;
+    struct ply_account *accounts =
+        arena_alloc(book->text->arena, laminate->ply_count, sizeof *accounts);
+    bool begun = false;
+    book->text->failed = book->text->failed || !accounts;
+    if (!accounts)
+        return;
+    for (size_t n = 0, k = 0; n < laminate->ply_count; k += accounts[n++].count) {
+        struct api_problem problem = {0};
+        if (ply_account_make(laminate, book->shapes, k, book->text->arena, &accounts[n],
+                             &problem) == API_OK)
+            continue;
+        api_text_raw(book->text, "<p class=\"failed\">");
+        html_say(book->text, "The seams of ply %zu are not known: %s", n + 1,
+                 problem.error[0].detail);
+        api_text_raw(book->text, "</p>\n");
+    }
+    for (size_t n = 0; n < laminate->ply_count; n++)
+        begun = write_seams(book, &accounts[n], begun);
+    api_text_raw(book->text, begun ? "</table>\n" : "");
+    begun = false;
+    for (size_t n = 0; n < laminate->ply_count; n++)
+        begun = write_courses(book, &accounts[n], begun);
+    api_text_raw(book->text, begun ? "</table>\n" : "");
 }
 
 void ply_book_write(const struct laminate *laminate, const struct api_reader *const *nets,
@@ -510,8 +529,7 @@ void ply_book_write(const struct laminate *laminate, const struct api_reader *co
         write_ply_row(book, k);
     api_text_raw(text, "</table>\n");
     write_sums(book, sheet);
-    write_seams(book);
-    write_courses(book);
+    write_divisions(book);
     for (size_t k = 0; k < laminate->count; k++)
         write_ply_section(book, k);
     api_text_raw(text, "</body>\n</html>\n");

@@ -361,6 +361,10 @@ class Client:
         """The status document, whose `plies` have the ids of their drapes; `wait` as of a drape."""
         return self._json("GET", f"/v1/laminates/{laminate}", wait=wait or None)
 
+    def laminate_report(self, laminate: str) -> Json:
+        """What became of the plies: `plies`, each with its coverage, shear and area, pieces, seams and courses."""
+        return self._json("GET", f"/v1/laminates/{laminate}/report", format="json")
+
     def save_patterns(self, laminate: str, path: Union[str, os.PathLike],
                       width: Optional[float] = None) -> None:
         """Saves the cut patterns of all plies on a roll of this width, svg, dxf, astm or hpgl by

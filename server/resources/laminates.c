@@ -315,7 +315,7 @@ enum http_next laminates_bundle(struct call *call) {
 }
 
 enum http_next laminates_report(struct call *call) {
-    return reply_patterns(call, FORMAT_REPORT, 0);
+    return reply_patterns(call, FORMAT_BOOK, 0);
 }
 
 enum http_next laminates_pattern(struct call *call) {

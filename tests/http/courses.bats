@@ -135,6 +135,9 @@ quarter() {
     [ "$(field 'has("start")')" = false ]
     output=$("$DRAPE" "$BATS_TEST_TMPDIR/course.json")
     jq -e '.summary | .max_shear_deg < 1e-9 and (.flat_area - 3.2 | fabs < 1e-9)' <<<"$output"
+    call GET "/v1/laminates/$id/report?format=json" && expect 200
+    [ "$(field '.plies[0].courses | [.count, .area, .overlap_area, .angle_deviation_max_deg] |
+        map(. * 1e9 | round / 1e9) | tojson')" = '[4,12.8,0.6,0]' ]
     call GET "/v1/laminates/$id/plies/0/pattern" && expect 200
     grep -q 'skin, course_4' "$body"
     call GET "/v1/laminates/$id/request" && expect 200

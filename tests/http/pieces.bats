@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 # Plies of several pieces: splits, seams, what becomes of them in patterns, maps and statuses.
+bats_require_minimum_version 1.5.0
 load helper
 
 setup_file() { start_shared_daemon; }
@@ -109,6 +110,25 @@ sphere() {
         all(.gap_area == 0 and (.length - 157.0796 | fabs) < 0.2 and (.overlap_width - 4 | fabs) < 0.08))' <<<"$output"
 }
 
+# octant SPACING: the octant of a sphere of radius 100, with a gap of 8 along its parallel of 45 degrees.
+octant() {
+    jq -c --argjson spacing "$1" '{surface, length_unit, plies: [{fabric: {$spacing}, method: "gib", seam: {gap: 8},
+            splits: [{path: [range(91) / 180 * 3.141592653589793 | [70.710678118655 * cos, 70.710678118655 * sin,
+                      70.710678118655]]}]}]}' api/examples/octant.json >"$BATS_TEST_TMPDIR/octant.json"
+    output=$("$DRAPE" "$BATS_TEST_TMPDIR/octant.json" 2>/dev/null)
+}
+
+@test "what pieces cover beside a gap of a sphere is right to second order in the spacing" {
+    # Between two parallels lies R^2 pi / 2 (sin - sin) of the octant, whose area is R^2 pi / 2.
+    local exact='(1 - 2 * (0.04 | sin) * 0.7071067811865476)' coarse
+    octant 8
+    number .cloth_coverage "$exact" 7e-4
+    number '.seams[0].gap_width' 8 0.02
+    coarse=$(jq ".plies[0].cloth_coverage - $exact | fabs" <<<"$output")
+    octant 4
+    number .cloth_coverage "$exact" "$coarse / 3"
+}
+
 @test "splits at random on a cylinder and a saddle lose nothing, and have their closed forms" {
     python3 tests/http/split_cases.py "$DRAPE" 8 "${DRAPED_SEED:-1}"
 }
@@ -152,6 +172,39 @@ sphere() {
     cp "$body" "$BATS_TEST_TMPDIR/understood.json"
     post /v1/laminates "$BATS_TEST_TMPDIR/understood.json" -H 'Prefer: wait=40' && expect 200
     [ "$(field '.plies[0].pieces[0].status')" = succeeded ]
+}
+
+@test "what became of pieces is the same over HTTP, by the command, and in the ply book" {
+    jq -c '.plies[0].seam = {overlap: 0.25} | .plies[1] = (.plies[0] | del(.splits, .seam, .pieces)) |
+        .plies[2] = (.plies[1] | .start = {point: [9, 9, 9]})' <<<"$plane" >"$BATS_TEST_TMPDIR/stack.json"
+    post /v1/laminates "$BATS_TEST_TMPDIR/stack.json" -H 'Prefer: wait=40' && expect 200
+    id=$(field .id)
+    call GET "/v1/laminates/$id/report?format=json" && expect 200
+    [[ $(header Content-Type) == application/json* ]]
+    [ "$(field '[.plies[] | .status // (.pieces | length)] | tojson')" = '[2,"succeeded","failed"]' ]
+    [ "$(field '.plies[0] | [.cloth_coverage, (.seams[0].overlap_width * 1e9 | round)] | tojson')" = '[1,250000000]' ]
+    run --separate-stderr "$DRAPE" "$BATS_TEST_TMPDIR/stack.json"
+    jq -S 'del(.plies[2].error)' <<<"$output" >"$BATS_TEST_TMPDIR/said"
+    jq -S 'del(.plies[2].error)' "$body" | cmp - "$BATS_TEST_TMPDIR/said"
+    [[ $stderr == *'ply: skin, 2 pieces cover 100 % of the part'* ]]
+    [[ $stderr == *'seam: skin, right to piece_2, 3 m long, overlap 0.25 wide, gap 0, warps at 30 degrees'* ]]
+    call GET "/v1/laminates/$id/report" && expect 200
+    [[ $(header Content-Type) == text/html* && $(<"$body") == *'<td>right, piece_2</td><td>3</td>'* ]]
+    call GET "/v1/laminates/$id/report?format=csv" && expect 406
+}
+
+@test "patterns that lack a ply say so, and machines get them when asked for" {
+    local book='.plies[1] = (.plies[0] | del(.splits, .pieces) | .start = {point: [9, 9, 9]} | .name = "top")'
+    for format in dxf astm hpgl laser; do
+        drape_plane "$book" --format "$format"
+        [[ $status -eq 1 && $stderr == *'ply 2 ("top") could not be draped and would be lacking'* ]]
+    done
+    drape_plane "$book" --format dxf --partial
+    [[ $status -eq 0 && $output == *'; without "top", which could not be draped'* ]]
+    drape_plane "$book" --format svg
+    [[ $status -eq 0 && $output == *'; without &quot;top&quot;, which could not be draped'* ]]
+    drape_plane "$book | .plies[2] = .plies[1] | .plies[2].name = \"last\"" --format svg
+    [[ $output == *'; without 2 plies that could not be draped, the first of them &quot;top&quot;'* ]]
 }
 
 @test "pieces of a stored surface are known without it" {

@@ -68,9 +68,13 @@ static struct bytes formats_table(void) {
     static const struct {
         enum format_use use;
         const char *name;
-    } uses[] = {{FORMAT_RESULT, "result"},     {FORMAT_MAP, "map"},
-                {FORMAT_PATTERN, "pattern"},   {FORMAT_REPORT, "report"},
-                {FORMAT_LASER, "laser lines"}, {FORMAT_BUNDLE, "bundle"}};
+    } uses[] = {{FORMAT_RESULT, "result"},
+                {FORMAT_MAP, "map"},
+                {FORMAT_PATTERN, "pattern"},
+                {FORMAT_REPORT, "report"},
+                {FORMAT_LASER, "laser lines"},
+                {FORMAT_BUNDLE, "bundle"},
+                {FORMAT_BOOK, "report of a laminate"}};
     const struct format *format;
     struct bytes table = {0};
     add(&table, "| of | format | media type | what it is | exact |\n|---|---|---|---|---|\n");
@@ -149,7 +153,8 @@ static void test_column_list_names_fit_and_are_found(void **state) {
 
 static void test_formats_are_all_in_the_description_of_the_interface(void **state) {
     static const enum format_use uses[] = {FORMAT_RESULT, FORMAT_MAP,   FORMAT_PATTERN,
-                                           FORMAT_REPORT, FORMAT_LASER, FORMAT_BUNDLE};
+                                           FORMAT_REPORT, FORMAT_LASER, FORMAT_BUNDLE,
+                                           FORMAT_BOOK};
     struct bytes page = file_read("api/openapi.yaml");
     const struct format *format;
     (void)state;
