@@ -158,8 +158,13 @@ static enum status open_tube(struct march *march) {
         end_piece(&pieces);
         pieces.piece[pieces.count - 1].ends = true;
     }
-    status = shell_slit_make(shell, pieces.piece, pieces.count, beyond * shell_size(shell),
-                             longest_way * fmax(d[0], d[1]), march->arena, &slit);
+    const struct shell_slit_lines lines = {.pieces = pieces.piece,
+                                           .count = pieces.count,
+                                           .reach = longest_way * fmax(d[0], d[1]),
+                                           .beyond = beyond * shell_size(shell),
+                                           .ahead = mesh->vertices,
+                                           .ahead_count = mesh->vertex_count};
+    status = shell_slit_make(shell, &lines, march->arena, &slit);
     march->cut.slit = status == STATUS_OK ? slit : NULL;
     return status;
 }

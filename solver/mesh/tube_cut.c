@@ -12,6 +12,10 @@ enum { PASSES_MOST = 2, LAYERS = 2 * PASSES_MOST + 1, NOWHERE = -1 };
  * to its axis. */
 static const double turn_most = 270;
 
+/* A hole whose border is shorter than this share of the only other one is no end: cloth that has
+ * gone round it on both sides is hardly out of step. */
+static const double hole_most = 0.2;
+
 struct heap_entry {
     double key;
     int32_t at;
@@ -118,11 +122,27 @@ static bool number_vertices(struct tube *o) {
 
 /* ---- borders ---- */
 
+/* By how many degrees the border from a half-edge on turns to the left: at each of its vertices
+ * half a turn less the angles of the triangles there; and its length. Numbers its half-edges. */
+static double turn_of_border(struct tube *o, int32_t half, int32_t number, double *length) {
+    double turn = 0;
+    for (int32_t at = half; o->border[at] == NOWHERE; at = mesh_next_on_border(o->mesh, at)) {
+        int32_t v = o->vertex[at];
+        o->border[at] = number;
+        *length += vec3_distance(start_of_half(o, at), start_of_half(o, mesh_next_half(at)));
+        turn += 180;
+        for (int32_t k = o->first[v]; k < o->first[v + 1]; k++)
+            turn -= mesh_corner_angle(o->mesh, o->around[k]);
+    }
+    return turn;
+}
+
 /* Whether the component is a tube; finds its borders. */
 static bool find_ends(struct tube *o) {
     const struct mesh *mesh = o->mesh;
     int32_t halves = (int32_t)(3 * mesh->triangle_count), borders = 0, ends = 0, plates = 0;
     int64_t corners = 0, edges = 0, triangles = 0;
+    double length[2] = {0, 0}; /* of the last two */
     for (int32_t h = 0; h < halves; h++)
         o->border[h] = NOWHERE;
     for (int32_t h = 0; h < halves; h++) {
@@ -134,16 +154,8 @@ static bool find_ends(struct tube *o) {
         corners += o->around[o->first[o->vertex[h]]] == h;
         if (!free || o->border[h] != NOWHERE)
             continue;
-        /* by how much the border turns to the left: at each of its vertices half a turn less the
-         * angles of the triangles there */
-        double turn = 0;
-        for (int32_t at = h; o->border[at] == NOWHERE; at = mesh_next_on_border(mesh, at)) {
-            int32_t v = o->vertex[at];
-            o->border[at] = borders;
-            turn += 180;
-            for (int32_t k = o->first[v]; k < o->first[v + 1]; k++)
-                turn -= mesh_corner_angle(mesh, o->around[k]);
-        }
+        length[borders % 2] = 0;
+        double turn = turn_of_border(o, h, borders, &length[borders % 2]);
         bool plate = turn > turn_most, end = !plate && turn >= -turn_most;
         if (end && ends < 2)
             o->ends[ends] = borders;
@@ -151,11 +163,10 @@ static bool find_ends(struct tube *o) {
         plates += plate;
         borders++;
     }
-    if (borders == 2 && ends == 0 && plates != 1) { /* of a barrel or an hourglass */
-        plates = 0;
-        for (; ends < 2; ends++)
+    bool alike = fmin(length[0], length[1]) >= hole_most * fmax(length[0], length[1]);
+    if (borders == 2 && plates != 1 && alike)
+        for (ends = 0, plates = 0; ends < 2; ends++)
             o->ends[ends] = ends;
-    }
     return ends == 2 && plates == 0 && corners - edges + triangles == 2 - borders;
 }
 

@@ -6,7 +6,8 @@
  * A tube is a component without handles of whose borders two are ends. A border that turns by more
  * than three quarters of a turn against the mesh, as seen along it, is a hole, for which nothing
  * has to be cut; one that turns as far with it is the outer border of a plate, and then the mesh is
- * no tube. But two borders alone that turn so alike are the ends of a barrel or an hourglass.
+ * no tube. But two borders alone are the ends, as of barrels, hourglasses and flanges, unless one
+ * is a plate's or a small hole.
  */
 #ifndef SOLVER_MESH_TUBE_CUT_H
 #define SOLVER_MESH_TUBE_CUT_H

@@ -13,6 +13,10 @@ static const double nearness = 0.5;
  * no direction. */
 static const double least_ribbon = 1e-6;
 
+/* What lies ahead of an end is seen from there within 26 degrees of where the line leads: of the
+ * border of a round hole the other side. */
+static const double ahead_cosine = 0.9;
+
 /* Ribbons that tell which way a line leaves the shell. */
 enum { RIBBONS_AT_END = 4 };
 
@@ -38,22 +42,34 @@ static void add_ribbon(struct shell_slit *slit, struct vec3 from, struct vec3 to
         slit->ribbons[slit->count++] = (struct ribbon){from, to, {left, left}};
 }
 
-/* Goes straight on by a length where the last ribbons lead, or the first ones come from. */
-static void extend(struct shell_slit *slit, double beyond, bool behind) {
+/* How far a slit goes straight on at an end: at a hole not as far as to the part's other side. */
+static double way_beyond(const struct shell_slit_lines *lines, struct vec3 end, struct vec3 along) {
+    double way = lines->beyond;
+    for (size_t k = 0; k < lines->ahead_count; k++) {
+        struct vec3 to = vec3_sub(lines->ahead[k], end);
+        double distance = vec3_norm(to);
+        if (vec3_dot(to, along) > ahead_cosine * distance)
+            way = fmin(way, distance / 2);
+    }
+    return way;
+}
+
+/* Goes straight on where the last ribbons lead, or the first ones come from. */
+static void extend(struct shell_slit *slit, const struct shell_slit_lines *lines, bool behind) {
     size_t few = slit->count < RIBBONS_AT_END ? slit->count : RIBBONS_AT_END;
     const struct ribbon *last = &slit->ribbons[behind ? slit->count - 1 : 0];
     const struct ribbon *other = &slit->ribbons[behind ? slit->count - few : few - 1];
     struct vec3 end = behind ? last->to : last->from;
     struct vec3 along = vec3_unit(vec3_sub(end, behind ? other->from : other->to));
-    struct vec3 far = vec3_axpy(beyond, along, end), left = last->left[0];
+    struct vec3 far = vec3_axpy(way_beyond(lines, end, along), along, end), left = last->left[0];
     slit->ribbons[slit->count++] =
         behind ? (struct ribbon){end, far, {left, left}} : (struct ribbon){far, end, {left, left}};
 }
 
-enum status shell_slit_make(const struct shell *shell, const struct shell_slit_piece *pieces,
-                            size_t count, double beyond, double reach, struct arena *arena,
-                            struct shell_slit **made) {
-    size_t room = 2;
+enum status shell_slit_make(const struct shell *shell, const struct shell_slit_lines *lines,
+                            struct arena *arena, struct shell_slit **made) {
+    const struct shell_slit_piece *pieces = lines->pieces;
+    size_t room = 2, count = lines->count;
     for (size_t k = 0; k < count; k++)
         room += pieces[k].count;
     struct shell_slit *slit = arena_alloc(arena, 1, sizeof *slit);
@@ -62,7 +78,7 @@ enum status shell_slit_make(const struct shell *shell, const struct shell_slit_p
     if (!slit || !ribbons || !boxes)
         return STATUS_OUT_OF_MEMORY;
     *slit = (struct shell_slit){
-        .pieces = pieces, .piece_count = count, .ribbons = ribbons, .reach = 2 * reach};
+        .pieces = pieces, .piece_count = count, .ribbons = ribbons, .reach = 2 * lines->reach};
     for (size_t p = 0; p < count; p++) {
         const struct shell_slit_piece *piece = &pieces[p];
         const struct surface *surface = shell_surface(shell, piece->face);
@@ -80,8 +96,8 @@ enum status shell_slit_make(const struct shell *shell, const struct shell_slit_p
         }
     }
     if (slit->count > 0) {
-        extend(slit, beyond, true);
-        extend(slit, beyond, false);
+        extend(slit, lines, true);
+        extend(slit, lines, false);
         /* The continuation before the first ribbon comes last until they are put in order. */
         struct ribbon first = ribbons[slit->count - 1];
         memmove(ribbons + 1, ribbons, (slit->count - 1) * sizeof *ribbons);

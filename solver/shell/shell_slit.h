@@ -18,12 +18,20 @@ struct shell_slit_piece {
 
 struct shell_slit;
 
-/* A slit of `count` pieces, line after line, over the holes between straight ahead, and for a
- * length `beyond` straight on at both ends, for ways of a length of up to `reach`. `pieces` is used
- * as long as the slit is. Errors: STATUS_OUT_OF_MEMORY. */
-enum status shell_slit_make(const struct shell *shell, const struct shell_slit_piece *pieces,
-                            size_t count, double beyond, double reach, struct arena *arena,
-                            struct shell_slit **slit) STATUS_MUST_USE;
+/* What a slit is made of. */
+struct shell_slit_lines {
+    const struct shell_slit_piece *pieces; /* line after line; used as long as the slit is */
+    size_t count;
+    double reach;  /* the length of the longest ways asked for */
+    double beyond; /* it goes straight on for so long at both ends, or half way to the nearest */
+    const struct vec3 *ahead; /* of the shell's points that lies there, of these */
+    size_t ahead_count;
+};
+
+/* A slit of these lines, over the holes between them straight ahead. Errors: STATUS_OUT_OF_MEMORY.
+ */
+enum status shell_slit_make(const struct shell *shell, const struct shell_slit_lines *lines,
+                            struct arena *arena, struct shell_slit **slit) STATUS_MUST_USE;
 
 const struct shell_slit_piece *shell_slit_pieces(const struct shell_slit *slit, size_t *count);
 
