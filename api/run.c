@@ -322,7 +322,7 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
     size_t components = part->mesh    ? part->mesh->component_count
                         : part->shell ? shell_component_count(part->shell)
                                       : 1;
-    const struct warnings_subject subject = {&request, &result, part, components};
+    const struct warnings_subject subject = {&request, &result, &prepared, components};
     struct api_fields fields;
     struct api_columns header;
     make_header(&request, &result, part->shell, &header);

@@ -389,12 +389,15 @@ enum status drape_solve(const struct drape_part *part, const struct drape_settin
     return part->mesh ? STATUS_INVALID : steer_solve(&of_part, settings, monitor, arena, result);
 }
 
-double drape_least_radius(const struct drape_part *part) {
-    double least = part->surface ? surface_least_radius(part->surface, part->trim) : HUGE_VAL;
-    for (size_t k = 0; part->shell && k < shell_face_count(part->shell); k++)
-        least = fmin(least, surface_least_radius(shell_surface(part->shell, (int32_t)k),
-                                                 shell_trim(part->shell, (int32_t)k)));
-    return least;
+void drape_find_bends(const struct drape_part *part, struct surface_bends *bends) {
+    *bends = (struct surface_bends){.least_radius = HUGE_VAL};
+    if (part->surface)
+        surface_bends_find(part->surface, part->trim, bends);
+    for (int32_t k = 0; part->shell && k < (int32_t)shell_face_count(part->shell); k++) {
+        struct surface_bends face;
+        surface_bends_find(shell_surface(part->shell, k), shell_trim(part->shell, k), &face);
+        bends->least_radius = fmin(bends->least_radius, face.least_radius);
+    }
 }
 
 int32_t drape_find_hole(const struct drape_part *part, double least, struct vec3 *at,

@@ -53,9 +53,10 @@ enum status drape_prepare(const struct drape_part *part, int32_t component,
                           const struct drape_settings *settings, struct arena *arena,
                           const struct drape_prepared **prepared) STATUS_MUST_USE;
 
-/* The least radius of curvature of the part's surface or faces, as `surface_least_radius`; infinite
- * of a mesh. */
-double drape_least_radius(const struct drape_part *part);
+/* How the part bends: a surface as `surface_bends_find` has it, of a shell the least radius of its
+ * faces alone; of a mesh, which has none, the radius is infinite. */
+struct surface_bends;
+void drape_find_bends(const struct drape_part *part, struct surface_bends *bends);
 
 /* The first face whose border should be a pole, but is a hole less than `least` wide
  * (`surface_has_spread_pole`); -1 when there is none. */

@@ -135,6 +135,7 @@ static struct prepared_form *make_root(const struct api_request *request,
         return NULL;
     form->request = *request;
     form->part = *part;
+    (void)prepared_part_bends(&form->part);
     memcpy(form->source, source, API_ID_SIZE);
     form->unit[0] = unit_number(request->length_unit);
     form->unit[1] = unit_number(request->surface.length_unit);

@@ -4,8 +4,10 @@
 #include "api/json/text.h"
 #include "digest.h"
 #include "normalise.h"
+#include "prepared_form.h"
 #include "prepared_mesh.h"
 #include "prepared_surface.h"
+#include "solver/drape.h"
 #include "solver/surface/measure.h"
 #include <stdio.h>
 #include <string.h>
@@ -21,8 +23,9 @@ enum api_problem_id prepared_part_make(const struct api_request *request,
                                        const struct api_limits *limits, struct arena *arena,
                                        struct prepared_part *prepared,
                                        struct api_problem *problem) {
+    const struct prepared_part *ready = prepared_form_part(request);
     enum api_problem_id id;
-    *prepared = (struct prepared_part){0};
+    *prepared = (struct prepared_part){.bends = ready ? ready->bends : (struct surface_bends){0}};
     switch (request->surface.kind) {
     case API_SURFACE_MESH:
         return prepared_mesh_make(request, limits, arena, &prepared->part.mesh, problem);
@@ -33,6 +36,12 @@ enum api_problem_id prepared_part_make(const struct api_request *request,
     default:
         return prepared_surface_make(request, limits, arena, &prepared->part, problem);
     }
+}
+
+const struct surface_bends *prepared_part_bends(struct prepared_part *prepared) {
+    if (prepared->bends.least_radius == 0)
+        drape_find_bends(&prepared->part, &prepared->bends);
+    return &prepared->bends;
 }
 
 /* The places with faces as a shell counts them; a face that it does not have is faulty. */

@@ -10,9 +10,11 @@
 #include "request.h"
 #include "solver/arena.h"
 #include "solver/part.h"
+#include "solver/surface/surface.h"
 
 struct prepared_part {
     struct drape_part part;
+    struct surface_bends bends;  /* of a part from a prepared form; else unknown until asked for */
     struct prepared_shell shell; /* with the numbers of its faces, if it is one; the solver counts
                                     faces by their places among these (`prepared_part_settle`) */
 };
@@ -30,6 +32,9 @@ enum api_problem_id prepared_part_make(const struct api_request *request,
                                        const struct api_limits *limits, struct arena *arena,
                                        struct prepared_part *prepared,
                                        struct api_problem *problem) STATUS_MUST_USE;
+
+/* How the part bends; found now, and kept, where it is not known. */
+const struct surface_bends *prepared_part_bends(struct prepared_part *prepared);
 
 /* The settings of that request with faces as the solver counts them. Problems:
  * API_INVALID_REQUEST (a generator's place on a face that the part does not have),

@@ -201,7 +201,8 @@ static void check_thickness(const struct warnings_subject *s, double size, bool 
                      size, unit->name, meant);
         return;
     }
-    double radius = stack > noticeable_share * size ? drape_least_radius(s->part) : HUGE_VAL;
+    bool noticeable = stack > noticeable_share * size;
+    double radius = noticeable ? prepared_part_bends(s->prepared)->least_radius : HUGE_VAL;
     if (stack > radius)
         warnings_add(
             &summary->warnings, "thickness", pointer,
@@ -333,7 +334,7 @@ static void check_poles(const struct warnings_subject *s, struct api_summary *su
     char pointer[40] = "/surface"; /* as long as one may be */
     struct vec3 at;
     double spread;
-    int32_t face = drape_find_hole(s->part, hole_least * fmin(d[0], d[1]), &at, &spread);
+    int32_t face = drape_find_hole(&s->prepared->part, hole_least * fmin(d[0], d[1]), &at, &spread);
     if (face < 0)
         return;
     if (s->request->surface.kind == API_SURFACE_SHELL)
@@ -348,10 +349,9 @@ static void check_poles(const struct warnings_subject *s, struct api_summary *su
 void warnings_make(const struct warnings_subject *subject, struct api_summary *summary) {
     struct api_warnings *warnings = &summary->warnings;
     const struct api_request *request = subject->request;
-    const struct drape_part *part = subject->part;
+    struct surface_bends bends = {.least_radius = HUGE_VAL};
     const double *d = request->settings.spacing;
     const char *unit = request->length_unit->name;
-    struct vec3 at;
     warnings->count = 0;
     if ((double)summary->cells < few_cells) {
         double spacing = warnings_two_digits(warnings_fine_spacing(summary->part_area));
@@ -374,20 +374,21 @@ void warnings_make(const struct warnings_subject *subject, struct api_summary *s
             "Move the start, or drape the part in pieces");
     check_fabric(subject, summary);
     /* Whether the surface bends more tightly than a cell, or turns back on itself. */
-    double radius = part->surface ? surface_least_radius(part->surface, part->trim) : HUGE_VAL;
-    if (radius < fmin(d[0], d[1]))
+    if (subject->prepared->part.surface)
+        bends = *prepared_part_bends(subject->prepared);
+    if (bends.least_radius < fmin(d[0], d[1]))
         warnings_add(
             warnings, "fillet", "/fabric/spacing",
             "the surface bends with a radius of %.3g %s, and the yarns turn round it within one "
             "cell: make the spacing smaller than the radius",
-            radius, unit);
-    if (part->surface && surface_turns_back(part->surface, part->trim, &at))
+            bends.least_radius, unit);
+    if (bends.turns_back)
         warnings_add(
             warnings, "cusp", "/surface",
             "the surface turns back on itself at (%.6g, %.6g, %.6g), and the cloth ends there: "
             "look for a cusp, a fold by 180 degrees, or control points or weights that turn it "
             "inside out",
-            at.x, at.y, at.z);
+            bends.turn.x, bends.turn.y, bends.turn.z);
     double size = size_of_part(subject);
     bool sized = check_size(subject, size, summary);
     check_thickness(subject, size, sized, summary);

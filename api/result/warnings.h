@@ -7,14 +7,14 @@
 #ifndef API_RESULT_WARNINGS_H
 #define API_RESULT_WARNINGS_H
 
-#include "api/request/request.h"
+#include "api/request/prepared_part.h"
 #include "summary.h"
 
 /* The drape and what was draped. */
 struct warnings_subject {
     const struct api_request *request;
     const struct drape_result *result;
-    const struct drape_part *part;
+    struct prepared_part *prepared;
     size_t components; /* of the mesh or shell: parts that are not connected; 1 for a surface */
 };
 

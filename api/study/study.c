@@ -170,7 +170,7 @@ enum api_problem_id api_check_study(const struct api_input *input, const struct 
                       api_check_expects_form(&request.drape, arena);
         bool sound = !check->needs_surface &&
                      (large || study_part_make(&request, limits, arena, &part, problem) == API_OK);
-        const struct prepared_part made = {part.geometry, part.shell};
+        const struct prepared_part made = {.part = part.geometry, .shell = part.shell};
         if (sound && wanted)
             api_check_write_form(&request.drape, &made, arena, forms, check);
         if (sound && !study_digest(&request, arena, check->digest))

@@ -59,13 +59,15 @@ double surface_area(const struct surface *surface, struct vec3 *centroid);
  * rectangle it is a twelfth of the square of the diagonal. */
 double surface_gyration2(const struct surface *surface);
 
-/* The least radius of curvature among samples of the surface's regular points, a few in each span,
- * within the region (NULL: all of it); infinite where it is flat. */
-double surface_least_radius(const struct surface *surface, const struct trim *trim);
-
-/* Whether the surface turns back on itself somewhere within the region, by more than 178 degrees
- * between two of 32 by 32 samples, and where: at a cusp, at a fold, or where it is inside out. */
-bool surface_turns_back(const struct surface *surface, const struct trim *trim, struct vec3 *at);
+/* How a surface bends, by samples of the region (NULL: all of it): 32 by 32, one in each span
+ * where it has more, at the most 4096. */
+struct surface_bends {
+    double least_radius; /* of curvature at regular points; infinite where it is flat, 0: unknown */
+    bool turns_back;  /* on itself, by more than 178 degrees between two samples, at `turn`: at */
+    struct vec3 turn; /* a cusp, at a fold, or where it is inside out */
+};
+void surface_bends_find(const struct surface *surface, const struct trim *trim,
+                        struct surface_bends *bends);
 
 /* Whether a border that is closed, and should be a pole, is none: its control points are not one,
  * but lie within `least` of each other. `at` gets the first of them and `spread` how far another is

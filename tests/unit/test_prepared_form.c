@@ -5,6 +5,7 @@
 #include "api/request/decode.h"
 #include "api/request/digest.h"
 #include "api/request/prepared_form.h"
+#include "solver/drape.h"
 #include "support.h"
 #include "tests/check.h"
 #include <glob.h>
@@ -31,7 +32,13 @@ static struct bytes result_of(const struct api_input *input, struct api_problem 
     return container;
 }
 
-/* The same problem, or the same columns: what the header says of time is another. */
+static void assert_same_warnings(const struct api_warnings *one, const struct api_warnings *other) {
+    assert_int_equal(one->count, other->count);
+    for (size_t k = 0; k < one->count; k++)
+        assert_string_equal(one->list[k].detail, other->list[k].detail);
+}
+
+/* The same problem, or the same columns and warnings: what the header says of time is another. */
 static void assert_same_results(const struct api_input *one, const struct api_input *other) {
     struct api_problem problem[2];
     struct bytes result[2] = {result_of(one, &problem[0]), result_of(other, &problem[1])};
@@ -45,6 +52,7 @@ static void assert_same_results(const struct api_input *one, const struct api_in
     }
     if (problem[0].id == API_OK) {
         size_t from[2], length[2];
+        assert_same_warnings(&header[0].summary.warnings, &header[1].summary.warnings);
         for (int k = 0; k < 2; k++) {
             from[k] = (size_t)header[k].column[0].offset;
             length[k] = result[k].length - from[k];
@@ -218,6 +226,29 @@ static void test_prepared_forms_keep_the_whole_request(void **state) {
     }
 }
 
+/* How a part bends follows from its faces alone: who has the form does not look for it again. */
+static void test_prepared_forms_know_how_the_part_bends(void **state) {
+    (void)state;
+    static const char *const requests[] = {"saddle", "trimmed"};
+    for (size_t k = 0; k < sizeof requests / sizeof *requests; k++) {
+        const char *text = request_text(requests[k]);
+        struct bytes form = form_of_request(text);
+        const struct api_input input = {.form = form.data, .form_length = form.length};
+        struct arena *arena = arena_new((size_t)1 << 28);
+        struct surface_bends bends;
+        char source[API_ID_SIZE];
+        api_digest_bytes(text, strlen(text), source);
+        const struct prepared_form *opened = prepared_form_find(&input, source, arena);
+        assert_non_null(opened);
+        drape_find_bends(&opened->part.part, &bends);
+        check_above(bends.least_radius, 0);
+        assert_memory_equal(&opened->part.bends.least_radius, &bends.least_radius, sizeof(double));
+        assert_int_equal(opened->part.bends.turns_back, bends.turns_back);
+        arena_free(arena);
+        bytes_free(&form);
+    }
+}
+
 /* Texts are kept to their ends, however long. */
 static void test_prepared_forms_keep_long_names(void **state) {
     (void)state;
@@ -319,6 +350,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_prepared_forms_give_the_same_bits),
         cmocka_unit_test(test_prepared_forms_keep_the_whole_request),
+        cmocka_unit_test(test_prepared_forms_know_how_the_part_bends),
         cmocka_unit_test(test_prepared_forms_keep_long_names),
         cmocka_unit_test(test_prepared_forms_of_a_changed_bit_are_none),
         cmocka_unit_test(test_prepared_forms_of_another_source_are_none),
