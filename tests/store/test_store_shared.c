@@ -235,6 +235,11 @@ static void test_store_shared_result_stays_while_somebody_needs_it(void **state)
         assert_int_equal(count_of(&shared->scratch[1], (enum store_status)status), 0);
 }
 
+/* All stand in the way of all: where a machine is slow, one may wait too long for its turn. */
+static bool is_wrong(enum store_answer answer) {
+    return answer != STORE_OK && answer != STORE_DOWN;
+}
+
 static void *use_or_delete_surface(void *context) {
     static char text[] = "{}";
     struct worker *worker = context;
@@ -249,15 +254,15 @@ static void *use_or_delete_surface(void *context) {
         struct store_item found;
         snprintf(digest, sizeof digest, "%d of %d", k, worker->number);
         submission.digest = digest;
-        enum store_answer answer = store_item_put(store, STORE_SURFACES, &surface, &created);
-        *worker->wrong += answer != STORE_OK;
-        answer = worker->number < WORKERS / 2 ? store_item_delete(store, STORE_SURFACES, NULL, "s")
-                                              : store_submit(store, &submission, &receipt);
+        *worker->wrong += is_wrong(store_item_put(store, STORE_SURFACES, &surface, &created));
+        enum store_answer answer = worker->number < WORKERS / 2
+                                       ? store_item_delete(store, STORE_SURFACES, NULL, "s")
+                                       : store_submit(store, &submission, &receipt);
         if (worker->number < WORKERS / 2 || answer != STORE_OK)
             continue;
-        *worker->wrong += store_item_get(store, STORE_SURFACES, NULL, "s", &found) != STORE_OK;
+        *worker->wrong += is_wrong(store_item_get(store, STORE_SURFACES, NULL, "s", &found));
         store_item_clear(&found);
-        *worker->wrong += store_delete(store, receipt.id) != STORE_OK;
+        *worker->wrong += is_wrong(store_delete(store, receipt.id));
         ++*worker->done;
     }
     return NULL;
@@ -265,7 +270,9 @@ static void *use_or_delete_surface(void *context) {
 
 static void test_store_surface_is_not_deleted_under_a_job(void **state) {
     struct shared *shared = *state;
-    print_message("%d used it\n", run_all(shared, use_or_delete_surface, NULL));
+    int used = run_all(shared, use_or_delete_surface, NULL);
+    print_message("%d used it\n", used);
+    assert_true(used > 0);
 }
 
 /* ------------------------------------------------------------------ several at the start */
