@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """Compares results byte by byte, by their digests, with those in tests/results/digests: the examples
-and the requests of the tests, in all methods and formats, with patterns and maps, and laminates
-(laminates.json, each on the surface of another request). The time that
+and the requests of the tests, in all methods and formats, with patterns and maps, laminates
+(laminates.json, each on the surface of another request) and studies (studies.json). The time that
 solving took is made 0; of a request that is refused the exit status alone is compared. A change
 that is meant is written down with `make golden`.
-Usage: compare.py BUILD [--write]"""
+Usage: compare.py BUILD [--write | REQUEST]: of that request alone; compare.py: the requests"""
 import glob
 import hashlib
 import json
@@ -39,7 +39,8 @@ ON_ROLLS = [f"{f} --partial" for f in ("dxf", "astm", "svg", "svg --width 9 --tu
                                        "hpgl --roll 1", "laser", "laser-csv", "virtek")]
 STACKS = [f + MAP for f in ("csv", "csv --table plies", "json", "lcmsim", "nastran", "abaqus", "compost", "acp",
                             "csv --reference 1,2,0 --cavity-height pid:1:0.004")]
-LAMINATES = {laminate["name"]: laminate for laminate in json.loads((HERE / "laminates.json").read_text())}
+LAMINATES, STUDIES = ({each["name"]: each for each in json.loads((HERE / file).read_text())}
+                      for file in ("laminates.json", "studies.json"))
 
 
 def cases():
@@ -60,16 +61,22 @@ def cases():
         yield "api/examples/sphere.json", {"fabric": {"spacing": 0.25}}, f"json --threads {threads}"
     for name in LAMINATES:
         yield from ((f"laminate: {name}", {}, output) for output in ["json", "html"] + ON_ROLLS + STACKS)
+    for name in STUDIES:
+        yield from ((f"study: {name}", {}, output) for output in ["json", "csv", "json --variant 3"])
 
 
 def request_of(file):
-    """The bytes of a request, or of a laminate by its name."""
-    laminate = LAMINATES.get(file.removeprefix("laminate: "))
-    if not laminate:
-        return Path(file).read_bytes()
-    on = json.loads(Path(laminate["surface_of"]).read_text())
-    own = {key: value for key, value in laminate.items() if key not in ("name", "surface_of")}
-    return json.dumps({"surface": on["surface"], "length_unit": on.get("length_unit", "m"), **own}).encode()
+    """The bytes of a request, or of a laminate or a study by its name."""
+    kind, _, name = file.partition(": ")
+    if kind == "laminate":
+        on = json.loads(Path(LAMINATES[name]["surface_of"]).read_text())
+        own = {key: value for key, value in LAMINATES[name].items() if key not in ("name", "surface_of")}
+        return json.dumps({"surface": on["surface"], "length_unit": on.get("length_unit", "m"), **own}).encode()
+    if kind == "study":
+        own = {key: value for key, value in STUDIES[name].items() if key not in ("name", "drape_of")}
+        drape = json.loads(Path(STUDIES[name]["drape_of"]).read_text())
+        return json.dumps({**own, "drape": patched(drape, own.get("drape", {}))}).encode()
+    return Path(file).read_bytes()
 
 
 def patched(value, patch):
@@ -100,16 +107,23 @@ def digest_line(build, clock, case):
     return f"{said} {file}{changed} {output}"
 
 
-def main(build, write):
+def compare(build, request):
+    """The lines of all cases, or of those of a request, and the same as they were."""
+    chosen = [case for case in cases() if request in (None, case[0])]
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
         clock = os.path.join(folder, "stopped_clock.so")
         subprocess.run(["gcc", "-shared", "-fPIC", "-Wall", "-Werror", "-o", clock,
                         HERE / "stopped_clock.c"], check=True)
-        lines = list(pool.map(lambda case: digest_line(build, clock, case), cases()))
+        lines = list(pool.map(lambda case: digest_line(build, clock, case), chosen))
+    expected = [line for line in DIGESTS.read_text().splitlines() if request is None or f" {request} " in line]
+    return lines, expected
+
+
+def main(build, write, request):
+    lines, expected = compare(build, request)
     if write:
         DIGESTS.write_text("\n".join(lines) + "\n")
         return 0
-    expected = DIGESTS.read_text().splitlines()
     other = [line for line in lines if line not in set(expected)]
     missing = len(expected) - (len(lines) - len(other))
     print(f"{len(lines)} results: {len(other)} new or changed, {missing} expected ones missing",
@@ -118,4 +132,8 @@ def main(build, write):
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1], "--write" in sys.argv[2:]))
+    if len(sys.argv) == 1:
+        print(*dict.fromkeys(case[0] for case in cases()), sep="\n")
+        sys.exit()
+    asked = (sys.argv[2:] or [None])[0]
+    sys.exit(main(sys.argv[1], asked == "--write", None if asked == "--write" else asked))
