@@ -127,7 +127,7 @@ $(B)/watched.so: tests/watched.c
 mutable:
 	@$(MAKE) --no-print-directory -s -j$(JOBS) $(MUTABLE_FLAGS) OPT=-O1 WARN=-w API_ARCHIVES=$(MUTABLE) \
 	    LIBS=$(MUTABLE) HARDEN_LINK='-Wl,-rpath,$(abspath $(B))/loaded' SANITIZE=--coverage \
-	    $(B)/draped $(B)/drape $(B)/watched.so $(TESTS)
+	    $(B)/draped $(B)/drape $(B)/drape-import $(B)/watched.so $(TESTS)
 mutant:
 	@$(MAKE) --no-print-directory -s $(MUTABLE_FLAGS) OPT=-O2 DEBUG= $(B)/loaded/libmutable.so
 $(B)/loaded/libmutable.so:

@@ -3,7 +3,8 @@
 """Makes small mistakes at random, one at a time, and runs the tests that run the line where each is,
 those first that take least time, until one notices. A mistake is a point of points.py; the tests of a
 line are known from one run of all of them that counts lines. One object is compiled for a mistake, and
-one library linked, which all programs load; no file of the tree is changed.
+one library linked, which all programs load; no file of the tree is changed. Only tests that run what
+has changed are counted again.
 
 A mistake that no test notices within --seconds of tests survives. Those that nothing can notice are in
 equivalents.toml with the reason; they are listed as such, and count neither way, as do those that do
@@ -67,16 +68,11 @@ class Library:
 
 
 class Test:
-    """A program, a file of bats or a check: what it is called, how it is run, what it took and what it ran."""
+    """A program, a file of bats or the results of a request: its name, how it is run, what it took and ran."""
 
-    def __init__(self, source, build):
-        self.name = source.removeprefix("tests/")
-        self.is_bats = source.endswith(".bats")
-        self.program = f"{build}/{source[:-2]}" if source.endswith(".c") else source
-        self.command = (["bats", "--tap", source] if self.is_bats else
-                        [source, build] if source.endswith(".sh") else [self.program])
-        self.build = build
-        self.folder = os.path.join(build, "lines", self.name)
+    def __init__(self, name, command, made_of, build):
+        self.name, self.command, self.made_of, self.build = name, command, made_of, build
+        self.folder = os.path.join(build, "lines", name)
         self.seconds, self.passed = 0.0, False
 
     def run(self, counts, longest):
@@ -84,7 +80,7 @@ class Test:
         environment = {**os.environ, "BUILD": self.build, "DRAPED_TEST_SIZE": "0.1",
                        "CMOCKA_MESSAGE_OUTPUT": "TAP", "GCOV_PREFIX": os.path.abspath(counts),
                        "GCOV_PREFIX_STRIP": str(os.path.abspath(self.build).count("/"))}
-        if self.is_bats:
+        if self.command[0] == "bats":
             environment["LD_PRELOAD"] = os.path.abspath(f"{self.build}/watched.so")
         process = subprocess.Popen(["timeout", "-k", "5", str(int(longest)), *self.command],
                                    stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True,
@@ -95,11 +91,19 @@ class Test:
             end_session(process.pid)
         return process.wait() == 0 and not failed
 
-    def count(self):
-        """Runs it as it is, unless that was done since it was built."""
+    def is_counted(self):
+        """Whether neither it nor what it runs has changed since it was counted."""
         note = os.path.join(self.folder, "note.json")
-        built = max(map(os.path.getmtime, (self.program, f"{self.build}/libmutable.so")))
-        if not os.path.isfile(note) or os.path.getmtime(note) < built:
+        ran = glob.glob(f"{self.folder}/**/*.gcda", recursive=True)
+        objects = (f"{self.build}/{os.path.relpath(path, self.folder)[:-5]}.o" for path in ran)
+        return os.path.isfile(note) and all(
+            os.path.isfile(path) and os.path.getmtime(path) < os.path.getmtime(note)
+            for path in (*self.made_of, *objects))
+
+    def count(self):
+        """Runs it as it is, unless that is known."""
+        note = os.path.join(self.folder, "note.json")
+        if not self.is_counted():
             shutil.rmtree(self.folder, ignore_errors=True)
             os.makedirs(self.folder)
             begun = time.monotonic()
@@ -138,11 +142,12 @@ def end_session(leader):
 
 
 class Lines:
-    """Which tests run a line."""
+    """Which tests run a line, and how often which noticed a mistake of a file."""
 
     def __init__(self, tests, files):
         self.of = collections.defaultdict(lambda: collections.defaultdict(list))
         self.code = collections.defaultdict(set)
+        self.noticed = collections.Counter()
         for test in tests:
             for file, counts in test.lines(set(files)):
                 self.code[file].update(counts)
@@ -150,11 +155,14 @@ class Lines:
                     self.of[file][line].append(test)
 
     def tests(self, file, point):
-        """Code of several lines counts for its first; data, for the file."""
+        """Those that are quick or have noticed others first. Code of several lines counts for its
+        first; data, for the file."""
         if point.body:
             line = max((line for line in self.code[file] if line <= point.line), default=0)
-            return self.of[file][line]
-        return list({id(test): test for tests in self.of[file].values() for test in tests}.values())
+            tests = self.of[file][line]
+        else:
+            tests = {id(test): test for tests in self.of[file].values() for test in tests}.values()
+        return sorted(tests, key=lambda test: test.seconds / (1 + self.noticed[file, test.name]))
 
 
 def shown(source, at, end, text):
@@ -175,12 +183,14 @@ def faults_of_equivalents():
             if not os.path.isfile(file) or line not in " ".join(open(file).read().split())]
 
 
-def choose(files, count, seed):
-    """So many mistakes in all: file, its text, a point and what stands there instead."""
+def choose(files, count, each, seed):
+    """So many mistakes in all, or of each file: file, its text, a point and what stands there instead."""
     choice = random.Random(seed)
-    every = [(file, source, point) for file in files for source in [open(file).read()]
-             for point in points.points_of(source)]
-    chosen = choice.sample(every, min(count, len(every)))
+    every = [[(file, source, point) for point in points.points_of(source)]
+             for file in files for source in [open(file).read()]]
+    if not each:
+        every = [sum(every, [])]
+    chosen = [mistake for of in every for mistake in choice.sample(of, min(each or count, len(of)))]
     return [(*each, choice.choice(each[2].others)) for each in sorted(chosen, key=lambda e: (e[0], e[2].at))]
 
 
@@ -191,13 +201,13 @@ def notice(mistake, library, tests, seconds):
     if said is not None:
         return BROKEN, next((line for line in said.splitlines() if "error:" in line), said[:200])
     spent, counts = 0.0, os.path.join(library.build, "unread")
-    for test in sorted(tests, key=lambda test: test.seconds):
+    for number, test in enumerate(tests):
         spent += test.seconds
         if spent > max(seconds, test.seconds):
-            break
+            return SURVIVED, f"{number} of the {len(tests)} tests that run it"
         if not test.run(counts, 10 + 5 * test.seconds):
             return CAUGHT, test.name
-    return SURVIVED, f"{len(tests)} tests run it" if tests else "no test runs it"
+    return SURVIVED, f"all {len(tests)} tests that run it" if tests else "no test runs it"
 
 
 def try_all(chosen, library, lines, seconds):
@@ -211,6 +221,7 @@ def try_all(chosen, library, lines, seconds):
         outcome, detail = (EQUIVALENT, why) if why else notice(
             mistake, library, lines.tests(file, point), seconds)
         count[file][outcome] += 1
+        lines.noticed[file, detail] += outcome == CAUGHT
         print(f"[{number}/{len(chosen)}] {outcome} {file}:{point.line} {point.kind}: {detail}")
         if outcome == SURVIVED:
             print(f"    line = '{line}'\n    becomes = '{becomes}'")
@@ -233,12 +244,22 @@ def share(each):
     return f"{each[CAUGHT]:4d} of {tried:4d} noticed, {100 * each[CAUGHT] / max(tried, 1):3.0f} %"
 
 
+def every_test(build):
+    """What notices mistakes: programs, files of bats, and requests whose results are known."""
+    for kind in ("unit", "server", "store", "exact"):
+        for source in sorted(glob.glob(f"tests/{kind}/test_*.c")):
+            program = f"{build}/{source[:-2]}"
+            yield Test(f"{kind}/{os.path.basename(source)}", [program], [f"{program}.o"], build)
+    for source in sorted(glob.glob("tests/http/*.bats")):
+        yield Test(f"http/{os.path.basename(source)}", ["bats", "--tap", source], [source], build)
+    compare = "tests/results/compare.py"
+    for request in subprocess.run(["python3", compare], capture_output=True, text=True, check=True).stdout.splitlines():
+        yield Test(f"results/{request}", ["python3", compare, build, request], [compare], build)
+
+
 def tests_named(pattern, build):
     """Those in whose name the pattern is found, run as they are where that was not done."""
-    sources = [source for kind in ("unit/test_*.c", "server/test_*.c", "store/test_*.c", "exact/test_*.c", "http/*.bats",
-                                               "checks/results.sh")
-               for source in sorted(glob.glob(f"tests/{kind}"))]
-    tests = [test for test in (Test(source, build) for source in sources) if re.search(pattern, test.name)]
+    tests = [test for test in every_test(build) if re.search(pattern, test.name)]
     for test in tests:
         test.count()
         if not test.passed:
@@ -256,6 +277,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--build", default="build/mutable", help="folder of the build (build/mutable)")
     parser.add_argument("--count", type=int, default=100, help="how many mistakes in all (100)")
+    parser.add_argument("--each", type=int, help="how many of each file instead")
     parser.add_argument("--seed", type=int, default=int(time.time()) % 100000, help="of the choice (the time)")
     parser.add_argument("--seconds", type=float, default=60, help="of tests for one mistake (60)")
     parser.add_argument("--tests", default="", help="a regular expression: only tests in whose name it is found")
@@ -273,7 +295,7 @@ def main():
         return 1 if faults else 0
     library = Library(asked.build)
     tests = tests_named(asked.tests, asked.build)
-    chosen = choose(asked.files or sources(), asked.count, asked.seed)
+    chosen = choose(asked.files or sources(), asked.count, asked.each, asked.seed)
     print(f"seed {asked.seed}: {len(chosen)} mistakes in {len({each[0] for each in chosen})} files", flush=True)
     lines = Lines(tests, {each[0] for each in chosen})
     try:
