@@ -20,7 +20,8 @@ static const char status_usage[] =
 static const char check_usage[] =
     "usage: draped check [--data DIR] [--store URL]\n\n"
     "Reads everything in the store, beside a daemon that uses it or without any, and lists the "
-    "jobs,\nresults, surfaces and materials that are not what was written. Exit status: 0; 1 when "
+    "jobs,\nresults, surfaces, materials and links that are not what was written. Exit status: 0; "
+    "1 when "
     "something is\ndamaged, or the store cannot be read; 2 for invalid arguments.\n";
 
 static int64_t seconds(int64_t us) {
@@ -88,8 +89,9 @@ static int show_check(const char *url) {
         return FAILED;
     }
     printf("read     %" PRId64 " jobs, %" PRId64 " results, %" PRId64 " surfaces, %" PRId64
-           " materials, %.1f MB\n",
-           audit.jobs, audit.results, audit.surfaces, audit.materials, (double)audit.bytes / 1e6);
+           " materials, %" PRId64 " links, %.1f MB\n",
+           audit.jobs, audit.results, audit.items[STORE_SURFACES], audit.items[STORE_MATERIALS],
+           audit.items[STORE_LINKS], (double)audit.bytes / 1e6);
     if (audit.damaged > 0)
         printf("verdict  %" PRId64 " damaged: delete these and post them again, or restore a "
                "back-up\n",

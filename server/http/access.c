@@ -13,13 +13,30 @@ static const char *bearer(const struct request *request) {
     return text + 7 + strspn(text + 7, " ");
 }
 
+/* 403, always false. */
+static bool refuse_role(struct reply *reply, enum tokens_role needed, bool link) {
+    static const char *const names[] = {"read", "write", "admin"};
+    reply_header(reply, "WWW-Authenticate",
+                 "Bearer realm=\"draped\", error=\"insufficient_scope\", scope=\"%s\"",
+                 names[needed]);
+    reply_refuse(reply, API_FORBIDDEN, "%s: use a token of the role %s",
+                 link ? "a link shows what it was made for and allows nothing else"
+                      : "the token's role does not allow this",
+                 names[needed]);
+    return false;
+}
+
 bool access_allow(struct tokens *tokens, struct request *request, enum tokens_role needed,
-                  struct reply *reply) {
+                  bool links_show, struct reply *reply) {
+    const char *token = bearer(request);
     struct tokens_holder holder;
+    if (token && !strncmp(token, ACCESS_LINK, strlen(ACCESS_LINK))) {
+        request->link = token;
+        return links_show || refuse_role(reply, needed, true);
+    }
     request->sees_all = !tokens;
     if (!tokens)
         return true;
-    const char *token = bearer(request), *role = needed == TOKENS_ADMIN ? "admin" : "write";
     if (!token || !tokens_find(tokens, token, &holder)) {
         reply_header(reply, "WWW-Authenticate", "Bearer realm=\"draped\"%s",
                      token ? ", error=\"invalid_token\"" : "");
@@ -32,18 +49,12 @@ bool access_allow(struct tokens *tokens, struct request *request, enum tokens_ro
     memcpy(request->caller, holder.name, sizeof holder.name);
     memcpy(request->owner, holder.name, sizeof holder.name);
     request->sees_all = holder.role == TOKENS_ADMIN;
-    if (holder.role >= needed)
-        return true;
-    reply_header(reply, "WWW-Authenticate",
-                 "Bearer realm=\"draped\", error=\"insufficient_scope\", scope=\"%s\"", role);
-    reply_refuse(reply, API_FORBIDDEN,
-                 "the token's role does not allow this: use one of the role %s", role);
-    return false;
+    return holder.role >= needed || refuse_role(reply, needed, false);
 }
 
 bool access_holds(struct tokens *tokens, const struct request *request) {
     struct tokens_holder holder;
-    if (!tokens)
+    if (!tokens || request->link)
         return true;
     const char *token = bearer(request);
     return token && tokens_find(tokens, token, &holder) && !strcmp(holder.name, request->caller) &&

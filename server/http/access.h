@@ -7,13 +7,19 @@
 #include "request.h"
 #include "tokens.h"
 
-/* Sets the caller of the request, which needs the role, and its owner if that has a token. False:
- * the reply is 401 or 403. Without tokens (NULL) every request is allowed, and its caller is "". */
+/* The token of a link begins so; what it shows is looked at in the store (resources/links.h). */
+#define ACCESS_LINK "draped-link-"
+
+/* Sets the caller of the request, which needs the role, and its owner if that has a token; or, if
+ * links may show what it is for, the `link` of one that has a link's. False: the reply is 401 or
+ * 403. Without tokens (NULL) every request is allowed, and its caller is "", but one with a link's
+ * gets no more than elsewhere. */
 bool access_allow(struct tokens *tokens, struct request *request, enum tokens_role needed,
-                  struct reply *reply);
+                  bool links_show, struct reply *reply);
 
 /* Whether the token of a request that was allowed still allows what it did then: not once it has
- * been revoked, or has lost the role by which it sees what others own. For answers that last. */
+ * been revoked, or has lost the role by which it sees what others own. For answers that last. A
+ * link's is not looked at. */
 bool access_holds(struct tokens *tokens, const struct request *request);
 
 /* Tells caches on the way that the answer is for this caller alone. */

@@ -60,6 +60,7 @@ struct request {
     char caller[REQUEST_CALLER_SIZE]; /* whose token it has; "" */
     char owner[REQUEST_CALLER_SIZE];  /* whom it counts for, and what it stores: `owner.h` */
     bool sees_all;                    /* what others own, too */
+    const char *link;                 /* the token of a link that it has instead; NULL: none */
 
     bool local; /* from this machine, and not passed on by a proxy */
 

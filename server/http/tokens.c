@@ -211,6 +211,20 @@ bool tokens_find(struct tokens *tokens, const char *token, struct tokens_holder 
     return found != SIZE_MAX;
 }
 
+void tokens_make(char token[TOKENS_RANDOM_SIZE]) {
+    unsigned char random[TOKENS_RANDOM_BYTES];
+    randombytes_buf(random, sizeof random);
+    sodium_bin2base64(token, TOKENS_RANDOM_SIZE, random, sizeof random,
+                      sodium_base64_VARIANT_URLSAFE_NO_PADDING);
+    sodium_memzero(random, sizeof random);
+}
+
+void tokens_name(const char *token, char id[ID_SIZE]) {
+    unsigned char hash[(ID_SIZE - 1) / 2];
+    crypto_generichash(hash, sizeof hash, (const unsigned char *)token, strlen(token), NULL, 0);
+    sodium_bin2hex(id, ID_SIZE, hash, sizeof hash);
+}
+
 /* ------------------------------------------------------------------ draped hash-token */
 
 int tokens_command(int argc, char **argv, FILE *in, FILE *out, FILE *err) {
@@ -230,11 +244,7 @@ int tokens_command(int argc, char **argv, FILE *in, FILE *out, FILE *err) {
     }
     token[0] = '\0';
     if (generate) {
-        unsigned char random[TOKENS_RANDOM_BYTES];
-        randombytes_buf(random, sizeof random);
-        sodium_bin2base64(token, sizeof token, random, sizeof random,
-                          sodium_base64_VARIANT_URLSAFE_NO_PADDING);
-        sodium_memzero(random, sizeof random);
+        tokens_make(token);
         fprintf(err, "the token: %s\n", token);
     } else if (fgets(token, sizeof token, in)) {
         cut_blanks(token);

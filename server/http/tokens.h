@@ -11,6 +11,7 @@
 #ifndef SERVER_HTTP_TOKENS_H
 #define SERVER_HTTP_TOKENS_H
 
+#include "server/id.h"
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -20,7 +21,8 @@ enum {
     TOKENS_NAME_SIZE = 65, /* 1 to 64 letters, digits or any of "._-", and the final zero */
     TOKENS_MAX = 10000,    /* lines of a file: every one is compared with every request */
     TOKENS_WHY_SIZE = 320,
-    TOKENS_RANDOM_BYTES = 32
+    TOKENS_RANDOM_BYTES = 32,
+    TOKENS_RANDOM_SIZE = 44 /* of these in base64, and the final zero */
 };
 
 /* Each may do what those before it may: see its own things, store and delete them, do both with
@@ -53,6 +55,12 @@ size_t tokens_count(struct tokens *tokens);
 /* The holder of the token; false when it has none. The time it takes does not depend on what the
  * token has in common with any line. Any thread. */
 bool tokens_find(struct tokens *tokens, const char *token, struct tokens_holder *holder);
+
+/* A new token. Any thread. */
+void tokens_make(char token[TOKENS_RANDOM_SIZE]);
+
+/* A short hash of a token, as an id, from which it cannot be found. */
+void tokens_name(const char *token, char id[ID_SIZE]);
 
 /* `draped hash-token NAME ROLE [--generate]`, argv[2] being NAME: writes the line of the token that
  * is read from `in`, or of a new one, which is printed on `err`. The process's exit code. */

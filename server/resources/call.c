@@ -60,16 +60,21 @@ enum http_next call_not_found(struct call *call, const char *what) {
     return HTTP_DONE;
 }
 
+enum store_answer call_see_job(struct call *call, const char *id, struct store_job *job) {
+    const char *owner = call_owner(call);
+    enum store_answer answer =
+        id_valid(id) ? store_get(call->services->store, id, job) : STORE_EMPTY;
+    bool hidden = owner && strcmp(job->owner, owner) != 0;
+    return answer == STORE_OK && (hidden || job->kind == STORE_TASK) ? STORE_EMPTY : answer;
+}
+
 bool call_find_job(struct call *call, struct store_job *job) {
     struct request *request = call->request;
-    enum store_answer answer = STORE_EMPTY;
-    if (id_valid(request->parameter))
-        answer = store_get(call->services->store, request->parameter, job);
-    bool another = !request->sees_all && strcmp(job->owner, request->owner) != 0;
-    if (answer == STORE_OK && (another || job->kind != call->kind)) {
-        store_job_clear(job);
+    enum store_answer answer = call_see_job(call, request->parameter, job);
+    if (answer == STORE_OK && job->kind != call->kind)
         answer = STORE_EMPTY;
-    }
+    if (answer != STORE_OK)
+        store_job_clear(job);
     if (answer == STORE_OK)
         memcpy(request->drape, job->id, sizeof request->drape);
     else if (answer == STORE_EMPTY)

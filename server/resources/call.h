@@ -68,6 +68,10 @@ bool call_has_room(struct call *call, size_t bytes);
 /* 404 for the path's id: there is no such `what`. HTTP_DONE. */
 enum http_next call_not_found(struct call *call, const char *what);
 
+/* The job of that id; STORE_EMPTY as well for one that the caller does not see, or of another kind
+ * than drapes, studies and laminates. To be cleared in any case. */
+enum store_answer call_see_job(struct call *call, const char *id, struct store_job *job);
+
 /* Reads the job of the path, which for others than its owner, and under the path of another kind,
  * is not there. False: the reply says why not. Otherwise the caller clears it. */
 bool call_find_job(struct call *call, struct store_job *job);

@@ -2,6 +2,7 @@
 /* GET /v1/drapes/{id}/events: server-sent events, `progress` at every change, then `end`. */
 #include "event_cache.h"
 #include "handlers.h"
+#include "links.h"
 #include "server/clock.h"
 #include "server/http/access.h"
 #include <stdio.h>
@@ -45,14 +46,16 @@ static void name_state(const struct store_job *job, char name[EVENTS_ID_SIZE]) {
 }
 
 /* Looks for something to send. False when there is nothing now. A stream outlives its token no
- * longer than to the next look after SIGHUP. */
+ * longer than to the next look after SIGHUP, its link no longer than to the next look. */
 static bool look_for_news(struct events *events) {
     struct store_job job;
     char *document = NULL, *text = NULL, state[EVENTS_ID_SIZE];
     int64_t now = clock_ms(), reloads = events->tokens ? tokens_reloads(events->tokens) : 0;
     bool looked = reloads == events->reloads, news = false;
     events->reloads = reloads;
-    if (!looked && !access_holds(events->tokens, events->request)) {
+    const char *link = events->request->link;
+    if ((!looked && !access_holds(events->tokens, events->request)) ||
+        (link && !links_hold(events->store, link))) {
         events->ended = true;
         return false;
     }

@@ -23,6 +23,8 @@ call_handler items_create, items_list, items_get, items_preview, items_delete;
 /* Whether the body of `POST /v1/surfaces` is said to be a file of CAD or mesh, by `?format=` or its
  * type; the reply then says why it is not taken, if so. */
 bool items_check_file(struct call *call);
+/* links.c */
+call_handler links_create;
 /* meta.c */
 call_handler meta_openapi, meta_limits, meta_health, meta_ready, meta_version, meta_metrics;
 /* viewer.c */

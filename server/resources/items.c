@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* /v1/surfaces and /v1/materials: store, list, get, delete, and the preview of a surface. Beside
- * the materials that callers keep there is the library's. */
+/* /v1/surfaces, /v1/materials and /v1/links: store, list, get, delete, and the preview of a
+ * surface. Beside the materials that callers keep there is the library's; links are stored by
+ * `links.c`. */
 #include "items.h"
 #include "api/files/files.h"
 #include "api/request/material.h"
@@ -19,6 +20,7 @@ static const struct {
 } kinds[] = {
     [STORE_SURFACES] = {"surfaces", "there is no surface with this id"},
     [STORE_MATERIALS] = {"materials", "there is no material of this name"},
+    [STORE_LINKS] = {"links", "there is no link with this id"},
 };
 
 /* The item of that kind that the caller keeps under that name, or, for callers who see that, others
@@ -199,8 +201,9 @@ enum http_next items_get(struct call *call) {
     }
     enum store_answer answer = find_item(call, call->item, call->request->parameter, &item);
     if (answer == STORE_OK) {
-        reply_text(call->reply, 200, "application/json", item.definition);
-        item.definition = NULL; /* the reply has it */
+        char **shown = call->item == STORE_LINKS ? &item.description : &item.definition;
+        reply_text(call->reply, 200, "application/json", *shown);
+        *shown = NULL; /* the reply has it */
     } else {
         item_failed(call, answer);
     }

@@ -2,6 +2,7 @@
 #include "routes.h"
 #include "handlers.h"
 #include "items.h"
+#include "links.h"
 #include "server/config.h"
 #include "server/http/access.h"
 #include "server/http/negotiate.h"
@@ -21,6 +22,7 @@ enum {
     ROUTE_STUDY = 256,     /* about studies and not drapes */
     ROUTE_LAMINATE = 512,  /* about laminates */
     ROUTE_MATERIAL = 1024, /* about materials and not surfaces */
+    ROUTE_LINK = 2048,     /* about links */
     ROUTE_ADMIN = 64       /* speaks of all owners: for administrators, or on this machine */
 };
 
@@ -114,6 +116,11 @@ static const struct route routes[] = {
     {"GET", "/v1/materials", items_list, ROUTE_MATERIAL, {"limit", "cursor"}},
     {"GET", "/v1/materials/{name}", items_get, ROUTE_MATERIAL, {0}},
     {"DELETE", "/v1/materials/{name}", items_delete, ROUTE_MATERIAL, {0}},
+
+    {"POST", "/v1/links", links_create, ROUTE_LINK, {"of", "expires_in"}},
+    {"GET", "/v1/links", items_list, ROUTE_LINK, {"limit", "cursor"}},
+    {"GET", "/v1/links/{link}", items_get, ROUTE_LINK, {0}},
+    {"DELETE", "/v1/links/{link}", items_delete, ROUTE_LINK, {0}},
 
     {"GET", "/v1/openapi.json", meta_openapi, ROUTE_OPEN, {0}},
     {"GET", "/v1/limits", meta_limits, ROUTE_OPEN, {0}},
@@ -226,7 +233,8 @@ static bool check_media_type(struct call *call) {
 
 /* Answers that depend on the caller are not for caches that others use. */
 static void mark_private(struct call *call) {
-    if (call->services->tokens && !(call->request->route->flags & ROUTE_OPEN))
+    if ((call->services->tokens || call->request->link) &&
+        !(call->request->route->flags & ROUTE_OPEN))
         access_mark(call->reply);
 }
 
@@ -261,9 +269,11 @@ static bool check_route(void *context, struct request *request, struct reply *re
                               : !strcmp(route->method, "GET") || route->flags & ROUTE_MESH
                                   ? TOKENS_READ
                                   : TOKENS_WRITE;
+    /* What is named by its id, and read. */
+    bool links_show = needed == TOKENS_READ && strstr(route->pattern, "/{id}");
     bool good = (!strcmp(route->method, "GET") || origin_allows_change(config, request, reply)) &&
                 (route->flags & ROUTE_OPEN ||
-                 access_allow(call.services->tokens, request, needed, reply)) &&
+                 access_allow(call.services->tokens, request, needed, links_show, reply)) &&
                 check_query(&call) && check_media_type(&call);
     if (good && request->draining && route->flags & ROUTE_WORK)
         call_draining(&call);
@@ -281,9 +291,13 @@ static enum http_next handle_request(void *context, struct request *request, str
         .kind = flags & ROUTE_STUDY ? STORE_STUDY
                 : flags & LAMINATE  ? STORE_LAMINATE
                                     : STORE_DRAPE,
-        .item = flags & ROUTE_MATERIAL ? STORE_MATERIALS : STORE_SURFACES,
+        .item = flags & ROUTE_MATERIAL ? STORE_MATERIALS
+                : flags & ROUTE_LINK   ? STORE_LINKS
+                                       : STORE_SURFACES,
     };
-    enum http_next next = request->route->handler(&call);
+    enum http_next next = HTTP_DONE;
+    if (!request->link || links_admit(&call))
+        next = request->route->handler(&call);
     if (next == HTTP_DONE)
         mark_private(&call);
     return next;

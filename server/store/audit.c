@@ -114,17 +114,15 @@ static bool audit_job(struct walk *walk, const struct name *name) {
     return good;
 }
 
-/* ------------------------------------------------------------------ surfaces and materials */
+/* ------------------------------------------------------------------ items */
 
 static bool audit_item(struct walk *walk, enum store_item_kind kind, const struct name *name) {
     struct store_item item = {0};
     enum store_answer answer = store_item_get(&walk->store, kind, name->owner, name->id, &item);
-    bool surface = kind == STORE_SURFACES;
-    walk->audit->surfaces += surface && answer == STORE_OK;
-    walk->audit->materials += !surface && answer == STORE_OK;
+    walk->audit->items[kind] += answer == STORE_OK;
     walk->audit->bytes += (int64_t)item.definition_length;
     store_item_clear(&item);
-    return note_part(walk, answer, surface ? "surface" : "material", name->id, "its definition");
+    return note_part(walk, answer, store_item_kind_name(kind), name->id, "its definition");
 }
 
 /* ------------------------------------------------------------------ all of it */
@@ -151,7 +149,9 @@ static bool read_all(const struct reader *reader, int64_t now, void *context,
         "SELECT sequence, id, owner FROM draped.surfaces WHERE sequence > $1 ORDER BY sequence "
         "LIMIT $2",
         "SELECT sequence, id, owner FROM draped.materials WHERE sequence > $1 ORDER BY sequence "
-        "LIMIT $2"};
+        "LIMIT $2",
+        "SELECT sequence, id, owner FROM draped.links WHERE sequence > $1 ORDER BY sequence "
+        "LIMIT $2"}; /* jobs, and behind them every kind of items */
     struct walk *walk = context;
     int64_t schema;
     (void)now;
@@ -165,9 +165,9 @@ static bool read_all(const struct reader *reader, int64_t now, void *context,
         do {
             good = read_names(walk, lists[list], page) == STORE_OK;
             for (size_t k = 0; good && k < page->count; k++)
-                good = list == 0 ? audit_job(walk, &page->names[k])
-                                 : audit_item(walk, list == 1 ? STORE_SURFACES : STORE_MATERIALS,
-                                              &page->names[k]);
+                good = list == 0
+                           ? audit_job(walk, &page->names[k])
+                           : audit_item(walk, (enum store_item_kind)(list - 1), &page->names[k]);
         } while (good && page->count == PAGE_NAMES);
     }
     good = good && page;

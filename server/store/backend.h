@@ -66,7 +66,7 @@ enum store_step {
 int64_t store_rank(const struct store_submission *submission, int64_t now);
 
 /* The tables that this version of draped makes and uses, in both databases. */
-enum { STORE_SCHEMA = 12 };
+enum { STORE_SCHEMA = 13 };
 
 /* Whether tables of that version are these; else `why` says what to do. `what` names the store. */
 bool store_schema_known(const char *what, int64_t schema, char why[STORE_WHY_SIZE]);

@@ -367,14 +367,15 @@ enum store_answer reads_chunk(struct store *store, const struct store_result *re
     return say_altered("result", result->id);
 }
 
-/* ------------------------------------------------------------------ surfaces and materials */
+/* ------------------------------------------------------------------ surfaces, materials, links */
 
 #define ITEM_COLUMNS "SELECT sequence, id, owner, created, description"
 
 /* A statement for each kind of item, whose tables have the same columns. */
 #define OF_KIND(columns, which)                                                                    \
     (const char *const[]){columns " FROM draped.surfaces WHERE " which,                            \
-                          columns " FROM draped.materials WHERE " which}[kind]
+                          columns " FROM draped.materials WHERE " which,                           \
+                          columns " FROM draped.links WHERE " which}[kind]
 
 static void read_item(struct query *query, struct store_item *item) {
     item->sequence = query_int(query, 0);
@@ -401,7 +402,7 @@ enum store_answer store_item_get(struct store *store, enum store_item_kind kind,
     if (answer != STORE_OK || sound)
         return answer;
     store_item_clear(item);
-    return say_altered(kind == STORE_SURFACES ? "surface" : "material", id);
+    return say_altered(store_item_kind_name(kind), id);
 }
 
 enum store_answer store_form_get(struct store *store, const char *owner, const char *id,

@@ -23,6 +23,11 @@ const char *store_kind_name(enum store_kind kind) {
     return kind_names[kind];
 }
 
+const char *store_item_kind_name(enum store_item_kind kind) {
+    static const char *const names[STORE_ITEM_KINDS] = {"surface", "material", "link"};
+    return names[kind];
+}
+
 const char *store_status_name(enum store_status status) {
     return status_names[status];
 }
@@ -352,7 +357,7 @@ enum store_answer store_result_read(struct store *store, const struct store_resu
     return STORE_OK;
 }
 
-/* ------------------------------------------------------------------ surfaces and materials */
+/* ------------------------------------------------------------------ surfaces, materials, links */
 
 void store_item_clear(struct store_item *item) {
     free(item->definition);

@@ -12,8 +12,9 @@
  * key; an end is refused the second time.) Output arguments mean something only with STORE_OK,
  * unless a function says more.
  *
- * Requests, results, surfaces and materials are stored with a checksum (`seal.h`), which is looked
- * at when they are read. What is not what was written is logged and not handed out: STORE_ALTERED.
+ * Requests, results, surfaces, materials and links are stored with a checksum (`seal.h`), which is
+ * looked at when they are read. What is not what was written is logged and not handed out:
+ * STORE_ALTERED.
  *
  * Claims are leases with a fencing token. `store_claim` counts the attempt and hands out the job
  * for a lease; the holder renews it; a holder of an older token than the job's is answered
@@ -498,13 +499,18 @@ enum store_answer store_result_find(struct store *store, const char *id,
 enum store_answer store_result_read(struct store *store, const struct store_result *result,
                                     int64_t offset, void *bytes, size_t length) STORE_MUST_USE;
 
-/* ------------------------------------------------------------------ surfaces and materials */
+/* ------------------------------------------------------------------ surfaces, materials, links */
 
 /* What owners keep until they delete it. */
 enum store_item_kind {
-    STORE_SURFACES, /* named by what they hold */
-    STORE_MATERIALS /* named by who posts them */
+    STORE_SURFACES,  /* named by what they hold */
+    STORE_MATERIALS, /* named by who posts them */
+    STORE_LINKS,     /* named by the hashes of their tokens */
+    STORE_ITEM_KINDS
 };
+
+/* "surface", "material", "link". */
+const char *store_item_kind_name(enum store_item_kind kind);
 
 /* Both texts are malloc'ed and may be NULL; cleared by `store_item_clear`. */
 struct store_item {
@@ -512,7 +518,7 @@ struct store_item {
     int64_t sequence;
     int64_t created;
     char owner[STORE_OWNER_SIZE];
-    char *definition; /* the JSON document */
+    char *definition; /* the JSON document; of a link its record */
     size_t definition_length;
     char *description; /* the JSON object that lists show */
     char *form;        /* of a surface: its prepared form, for `store_item_put` alone; NULL: none */

@@ -28,9 +28,9 @@ struct survey {
  * be read, is none of ours, or has the tables of another version. */
 bool survey_store(const char *url, struct survey *survey, char why[STORE_WHY_SIZE]) STORE_MUST_USE;
 
-/* What is stored and was read: jobs with their requests and results, surfaces and materials. */
+/* What is stored and was read: jobs with their requests and results, and items by their kind. */
 struct store_audit {
-    int64_t jobs, results, surfaces, materials;
+    int64_t jobs, results, items[STORE_ITEM_KINDS];
     int64_t bytes;   /* of all */
     int64_t damaged; /* of them, as told */
 };

@@ -4,7 +4,8 @@
 
 /* A statement for each kind of item, whose tables have the same columns. */
 #define OF_KIND(before, after)                                                                     \
-    (const char *const[]){before "draped.surfaces" after, before "draped.materials" after}[kind]
+    (const char *const[]){before "draped.surfaces" after, before "draped.materials" after,         \
+                          before "draped.links" after}[kind]
 
 enum store_answer postgres_item_put(struct store *store, enum store_item_kind kind,
                                     const struct store_item *item, bool *created) {
@@ -35,10 +36,10 @@ enum store_answer postgres_item_delete(struct store *store, enum store_item_kind
     static const enum store_answer answers[] = {STORE_OK, STORE_EMPTY, STORE_CONFLICT};
     const bool surface = kind == STORE_SURFACES; /* which is looked for among jobs, too */
     int64_t how = 0;
-    struct query query =
-        postgres_query(store, surface ? "SELECT draped.delete_surface($1, $2)"
-                                      : "DELETE FROM draped.materials WHERE id = $1"
-                                        " AND ($2::text IS NULL OR owner = $2) RETURNING 0");
+    struct query query = postgres_query(
+        store, surface ? "SELECT draped.delete_surface($1, $2)"
+                       : OF_KIND("DELETE FROM ", " WHERE id = $1 AND ($2::text IS NULL"
+                                                 " OR owner = $2) RETURNING 0"));
     query_bind(&query, of_text(id), of_text(owner));
     enum store_answer answer = query_number(&query, STORE_EMPTY, &how);
     return answer == STORE_OK ? answers[how] : answer;

@@ -284,7 +284,7 @@ static const char items[] =
     "   -octet_length(old.definition) - coalesce(octet_length(old.form), 0), 0);"
     " END IF;"
     " RETURN NULL; "
-    "END $$;" ITEMS("surfaces") ITEMS("materials")
+    "END $$;" ITEMS("surfaces") ITEMS("materials") ITEMS("links")
 
     /* Of one owner or, with NULL, of all. 0: deleted; 1: there is none; 2: a queued or running job
      * needs it. What an owner's job needs, that owner keeps; the last one stays for any job. */

@@ -5,7 +5,8 @@
 
 /* A statement for each kind of item, whose tables have the same columns. */
 #define OF_KIND(before, after)                                                                     \
-    (const char *const[]){before "surfaces" after, before "materials" after}[kind]
+    (const char *const[]){before "surfaces" after, before "materials" after,                       \
+                          before "links" after}[kind]
 
 enum store_answer sqlite_item_put(struct store *store, enum store_item_kind kind,
                                   const struct store_item *item, bool *created) {

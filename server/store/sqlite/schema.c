@@ -212,8 +212,8 @@ static const char counting[] =
     " AND new.results = 0 AND new.others = 0 BEGIN"
     " DELETE FROM owners WHERE owner = new.owner; END;";
 
-/* Surfaces and materials: several owners may have one of the same name. form is the prepared form
- * of a surface. */
+/* Surfaces, materials and links: several owners may have one of the same name. form is the prepared
+ * form of a surface. */
 #define ITEM_BYTES(row) "length(" row ".definition) + coalesce(length(" row ".form), 0)"
 #define ITEMS(table)                                                                               \
     "CREATE TABLE " table " ("                                                                     \
@@ -242,7 +242,8 @@ static const char counting[] =
 
 #define SURFACES ITEMS("surfaces")
 #define MATERIALS ITEMS("materials")
-static const char items[] = SURFACES MATERIALS;
+#define LINKS ITEMS("links")
+static const char items[] = SURFACES MATERIALS LINKS;
 
 /* What becomes of a family when one of it ends is here alone, so that it is right however that
  * came. */

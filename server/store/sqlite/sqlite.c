@@ -309,7 +309,8 @@ static bool open_connections(struct sqlite_store *store, char why[STORE_WHY_SIZE
     if (!good || !db_check(db, "PRAGMA quick_check('jobs')", why) ||
         !db_check(db, "PRAGMA quick_check('results')", why) ||
         !db_check(db, "PRAGMA quick_check('surfaces')", why) ||
-        !db_check(db, "PRAGMA quick_check('materials')", why))
+        !db_check(db, "PRAGMA quick_check('materials')", why) ||
+        !db_check(db, "PRAGMA quick_check('links')", why))
         return false;
     store->keeper = db_open(store->path, store->base.options.busy_ms, why);
     /* A connection that has read nothing does not know that there is a log. */
