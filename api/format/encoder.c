@@ -186,10 +186,11 @@ static bool open_map(struct encoder *encoder, const struct map_fields *source, c
                                 "decks, such as calculix or nastran, and for abd",
                                 encoder->format->name);
     if (source->roles && !encoder->format->flow)
-        return !api_problem_set(problem, API_INVALID_REQUEST,
-                                "%s has no place for an inlet, an outlet or an edge channel: leave "
-                                "these out, or choose json, csv, vtu, lcmsim, lcmsim-h5 or lims",
-                                encoder->format->name);
+        return !api_problem_set(
+            problem, API_INVALID_REQUEST,
+            "%s has no place for an inlet, an outlet or an edge channel: leave "
+            "these out, or choose json, csv, vtu, gmsh, unv, lcmsim, lcmsim-h5 or lims",
+            encoder->format->name);
     if (source->column_count == 0 || source->column_count > API_COLUMNS_MAX)
         return !api_problem_set(problem, API_INTERNAL, "the fields have no columns, or too many");
     if (!select_columns(encoder, source->columns, source->column_count, fields, problem))

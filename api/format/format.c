@@ -13,10 +13,10 @@ extern const struct format format_json, format_csv, format_vtp, format_glb, form
     format_lcmsim, format_lcmsim_h5, format_lims, format_nastran, format_optistruct, format_radioss,
     format_lsdyna, format_abaqus, format_calculix, format_abd, format_acp, format_compost,
     format_svg, format_dxf, format_astm, format_hpgl, format_html, format_account, format_laser,
-    format_laser_csv, format_virtek, format_bundle;
+    format_laser_csv, format_virtek, format_bundle, format_gmsh, format_universal;
 static const struct format *const formats[] = {
     &format_json,      &format_csv,      &format_vtp,        &format_glb,     &format_npz,
-    &format_vtu,       &format_lcmsim,
+    &format_vtu,       &format_gmsh,     &format_universal,  &format_lcmsim,
 #ifndef WITHOUT_HDF5 /* as the shared library is */
     &format_lcmsim_h5,
 #endif

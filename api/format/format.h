@@ -154,6 +154,12 @@ struct map_plies {
     const struct map_outline *outlines; /* likewise; NULL also of a single drape */
 };
 
+/* A set of elements that the caller's mesh names, and the number of their property. */
+struct map_set {
+    const char *name; /* ASCII */
+    int32_t property;
+};
+
 /* Fields on a mesh or at points. All arrays are the caller's and outlive the encoder. */
 struct map_fields {
     const struct api_unit *unit; /* of the vertices and of all lengths */
@@ -163,6 +169,9 @@ struct map_fields {
     size_t element_count;
     const int32_t *ids, *vertex_ids; /* positive, as the caller numbers elements and vertices; NULL:
                                         from 1 in their order */
+    const int32_t *pids; /* the property of each element, 0 or positive; NULL: there are none */
+    const struct map_set *sets;
+    size_t set_count;
     const struct api_column_source *columns; /* of the table cells, one row an element, named as in
                                                 a result; and of the table plies */
     size_t column_count;

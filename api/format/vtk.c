@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "vtk.h"
 
+#include "stack.h"
 #include <endian.h>
+#include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 _Static_assert((int)ENCODER_PIECE >= (int)VTK_PIECE, "a piece has room for one of the file's");
@@ -17,6 +20,16 @@ static const struct {
 static const char tail[] = "\n  </AppendedData>\n</VTKFile>\n";
 
 enum { LENGTH = 8 }; /* bytes before the values of each array */
+
+/* Of a ply, by column; its arrays have ply * PLY_FIELDS + field for their source. */
+static const struct {
+    enum column_id column;
+    const char *name;
+} ply_fields[] = {{COLUMN_PLIES_angle_deg, "angle"},
+                  {COLUMN_PLIES_shear_deg, "shear"},
+                  {COLUMN_PLIES_thickness, "thickness"},
+                  {COLUMN_PLIES_fiber_volume_fraction, "fiber_volume_fraction"}};
+enum { PLY_FIELDS = sizeof ply_fields / sizeof *ply_fields };
 
 /* ---- the list of arrays ---- */
 
@@ -73,6 +86,27 @@ bool vtk_add_tensor(struct vtk_file *file, const struct api_column_source *colum
     array.rows = array.column[0]->rows;
     strncpy(array.name, tensor->name, VTK_NAME_SIZE - 1);
     return vtk_add(file, &array);
+}
+
+bool vtk_add_elements(struct vtk_file *file, const struct map_fields *fields) {
+    bool room = vtk_add_fields(file, VTK_CELL_DATA, fields->columns, fields->column_count) &&
+                vtk_add_tensor(file, fields->columns, fields->column_count);
+    for (int f = 0; fields->plies && f < PLY_FIELDS; f++) {
+        const struct column_spec *spec = &column_specs[ply_fields[f].column];
+        if (!encoder_find(fields->columns, fields->column_count, spec->table, spec->name))
+            continue;
+        for (size_t ply = 0; ply < fields->plies->ply_count && room; ply++) {
+            struct vtk_array array = {.section = VTK_CELL_DATA,
+                                      .type = VTK_FLOAT64,
+                                      .components = 1,
+                                      .rows = fields->element_count,
+                                      .kind = VTK_PLY,
+                                      .source = (int)ply * PLY_FIELDS + f};
+            snprintf(array.name, sizeof array.name, "%s_%zu", ply_fields[f].name, ply + 1);
+            room = vtk_add(file, &array);
+        }
+    }
+    return room;
 }
 
 /* ---- the description ---- */
@@ -149,6 +183,31 @@ static bool fill_columns(struct encoder *encoder, const struct vtk_array *array,
     return true;
 }
 
+static void fill_ply(const struct encoder *encoder, const struct vtk_array *array, size_t first,
+                     size_t count, double *values) {
+    int ply = array->source / PLY_FIELDS;
+    enum column_id column = ply_fields[array->source % PLY_FIELDS].column;
+    for (size_t k = 0; k < count; k++) {
+        const struct map_ply_row *row = stack_row(&encoder->fields, first + k, ply);
+        values[k] = !row                               ? (double)NAN
+                    : column == COLUMN_PLIES_angle_deg ? row->angle_deg
+                    : column == COLUMN_PLIES_shear_deg ? row->shear_deg
+                    : column == COLUMN_PLIES_thickness ? row->thickness
+                                                       : row->fiber_volume_fraction;
+    }
+}
+
+bool vtk_fill(struct encoder *encoder, const struct vtk_array *array, uint64_t first, size_t count,
+              void *bytes) {
+    struct vtk_file *file = encoder->state;
+    if (array->kind == VTK_PLY) {
+        fill_ply(encoder, array, (size_t)first, count, bytes);
+        return true;
+    }
+    return array->kind < VTK_OWN_KINDS ? fill_columns(encoder, array, (size_t)first, count, bytes)
+                                       : file->fill(encoder, array, first, count, bytes);
+}
+
 /* The description, then a block of an array at a time, then the tail. */
 void vtk_next(struct encoder *encoder) {
     _Alignas(8) unsigned char block[VTK_BLOCK];
@@ -169,9 +228,7 @@ void vtk_next(struct encoder *encoder) {
     if (file->row == 0)
         api_text_bytes(&encoder->piece, &size, sizeof size);
     if (count > 0) {
-        encoder->failed = array->kind < VTK_OWN_KINDS
-                              ? !fill_columns(encoder, array, (size_t)file->row, count, block)
-                              : !file->fill(encoder, array, file->row, count, block);
+        encoder->failed = !vtk_fill(encoder, array, file->row, count, block);
         if (encoder->failed)
             return;
         size_t length = count * row_size(array), width = types[array->type].size;

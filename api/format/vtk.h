@@ -25,8 +25,9 @@ enum vtk_type { VTK_FLOAT64, VTK_INT64, VTK_INT32, VTK_UINT8 };
 /* What an array is for, in the order in which they have to be added. */
 enum vtk_section { VTK_POINT_DATA, VTK_CELL_DATA, VTK_POINTS, VTK_TOPOLOGY, VTK_SECTIONS };
 
-/* `kind` of the arrays that columns become; a format's own kinds follow these. */
-enum { VTK_COLUMNS, VTK_TENSOR, VTK_OWN_KINDS };
+/* `kind` of the arrays that columns become, and those of a ply; a format's own kinds follow these.
+ */
+enum { VTK_COLUMNS, VTK_TENSOR, VTK_PLY, VTK_OWN_KINDS };
 
 struct vtk_array {
     enum vtk_section section;
@@ -35,7 +36,7 @@ struct vtk_array {
     bool flat;     /* described as one component: a list that happens to come in rows */
     uint64_t rows; /* of `components` values each */
     char name[VTK_NAME_SIZE];
-    int kind, source;                                                /* source: for `fill` alone */
+    int kind, source; /* source: of plies' arrays and for `fill` */
     const struct api_column_source *column[FIELDSET_TENSOR_COLUMNS]; /* of the first two kinds */
 };
 
@@ -72,6 +73,16 @@ bool vtk_add_fields(struct vtk_file *file, enum vtk_section section,
 /* Adds the permeability, when all that it follows from is among the columns of the cells and it is
  * not there itself. */
 bool vtk_add_tensor(struct vtk_file *file, const struct api_column_source *columns, size_t count);
+
+/* Adds all fields of a map's elements: the columns, the permeability, and those of the plies by
+ * ply, angle_1, shear_1, thickness_1, ..., NaN where the ply is not. False when they are too many.
+ */
+bool vtk_add_elements(struct vtk_file *file, const struct map_fields *fields);
+
+/* Puts the values of rows of an array into `bytes`, VTK_BLOCK of room aligned for any type; false
+ * when they cannot be read. `count` rows have room there. */
+bool vtk_fill(struct encoder *encoder, const struct vtk_array *array, uint64_t first, size_t count,
+              void *bytes);
 
 /* Sets the length of the encoder's document, once all arrays are added. */
 void vtk_begin(struct encoder *encoder);

@@ -1,23 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* VTK XML UnstructuredGrid: the caller's mesh with all columns as cell data, those of the plies by
- * ply: angle_1, shear_1, thickness_1, ..., not a number where the ply is not. */
-#include "stack.h"
+/* VTK XML UnstructuredGrid: the caller's mesh with all columns as cell data. */
 #include "vtk.h"
-#include <math.h>
-#include <stdio.h>
 #include <string.h>
 
-enum kind { POINTS = VTK_OWN_KINDS, CONNECTIVITY, OFFSETS, TYPES, PLY };
-
-/* Of a ply, by column; `PLY` arrays have ply * PLY_FIELDS + field for their source. */
-static const struct {
-    enum column_id column;
-    const char *name;
-} ply_fields[] = {{COLUMN_PLIES_angle_deg, "angle"},
-                  {COLUMN_PLIES_shear_deg, "shear"},
-                  {COLUMN_PLIES_thickness, "thickness"},
-                  {COLUMN_PLIES_fiber_volume_fraction, "fiber_volume_fraction"}};
-enum { PLY_FIELDS = sizeof ply_fields / sizeof *ply_fields };
+enum kind { POINTS = VTK_OWN_KINDS, CONNECTIVITY, OFFSETS, TYPES };
 
 /* VTK's numbers for shapes. */
 enum { SHAPE_TRIANGLE = 5, SHAPE_QUAD = 9 };
@@ -43,9 +29,6 @@ static bool fill_mesh(struct encoder *encoder, const struct vtk_array *array, ui
     double *reals = bytes;
     int32_t *integers = bytes;
     uint8_t *shapes = bytes;
-    int ply = array->source / PLY_FIELDS;
-    enum column_id column = ply_fields[array->source % PLY_FIELDS].column;
-    const struct map_ply_row *row;
     for (size_t k = 0; k < count; k++)
         switch ((enum kind)array->kind) {
         case POINTS:
@@ -63,14 +46,6 @@ static bool fill_mesh(struct encoder *encoder, const struct vtk_array *array, ui
             break;
         case TYPES:
             shapes[k] = elements[first + k][3] < 0 ? SHAPE_TRIANGLE : SHAPE_QUAD;
-            break;
-        case PLY:
-            row = stack_row(fields, first + k, ply);
-            reals[k] = !row                               ? (double)NAN
-                       : column == COLUMN_PLIES_angle_deg ? row->angle_deg
-                       : column == COLUMN_PLIES_shear_deg ? row->shear_deg
-                       : column == COLUMN_PLIES_thickness ? row->thickness
-                                                          : row->fiber_volume_fraction;
             break;
         }
     return true;
@@ -90,23 +65,7 @@ static bool begin_vtu(struct encoder *encoder, struct api_problem *problem) {
     file->points = fields->vertex_count;
     file->cells = fields->element_count;
     file->fill = fill_mesh;
-    bool room = vtk_add_fields(file, VTK_CELL_DATA, fields->columns, fields->column_count) &&
-                vtk_add_tensor(file, fields->columns, fields->column_count);
-    for (int f = 0; fields->plies && f < PLY_FIELDS; f++) {
-        const struct column_spec *spec = &column_specs[ply_fields[f].column];
-        if (!encoder_find(fields->columns, fields->column_count, spec->table, spec->name))
-            continue;
-        for (size_t ply = 0; ply < fields->plies->ply_count && room; ply++) {
-            struct vtk_array array = {.section = VTK_CELL_DATA,
-                                      .type = VTK_FLOAT64,
-                                      .components = 1,
-                                      .rows = fields->element_count,
-                                      .kind = PLY,
-                                      .source = (int)ply * PLY_FIELDS + f};
-            snprintf(array.name, sizeof array.name, "%s_%zu", ply_fields[f].name, ply + 1);
-            room = vtk_add(file, &array);
-        }
-    }
+    bool room = vtk_add_elements(file, fields);
     for (size_t k = 0; k < fields->element_count; k++)
         corners += (uint64_t)corner_count(fields->elements[k]);
     room = room && corners <= INT32_MAX;

@@ -30,11 +30,7 @@ int32_t map_ids_repeated(const struct map_id *ids, size_t count) {
     return -1;
 }
 
-/* Ids without gaps are found at once. */
-int32_t map_ids_find(const struct map_id *ids, size_t count, int32_t id) {
-    int64_t guess = count > 0 ? (int64_t)id - ids[0].id : -1;
-    if (guess >= 0 && guess < (int64_t)count && ids[guess].id == id)
-        return ids[guess].index;
+size_t map_ids_from(const struct map_id *ids, size_t count, int32_t id) {
     size_t low = 0, high = count;
     while (low < high) {
         size_t middle = low + (high - low) / 2;
@@ -42,5 +38,14 @@ int32_t map_ids_find(const struct map_id *ids, size_t count, int32_t id) {
         low = before ? middle + 1 : low;
         high = before ? high : middle;
     }
-    return low < count && ids[low].id == id ? ids[low].index : -1;
+    return low;
+}
+
+/* Ids without gaps are found at once. */
+int32_t map_ids_find(const struct map_id *ids, size_t count, int32_t id) {
+    int64_t guess = count > 0 ? (int64_t)id - ids[0].id : -1;
+    if (guess >= 0 && guess < (int64_t)count && ids[guess].id == id)
+        return ids[guess].index;
+    size_t at = map_ids_from(ids, count, id);
+    return at < count && ids[at].id == id ? ids[at].index : -1;
 }

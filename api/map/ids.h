@@ -18,6 +18,9 @@ struct map_id *map_ids_sort(const int32_t *ids, size_t count, struct arena *aren
 /* The index of the second of two equal ids, or -1. */
 int32_t map_ids_repeated(const struct map_id *ids, size_t count);
 
+/* Where the ids begin that are not below one. */
+size_t map_ids_from(const struct map_id *ids, size_t count, int32_t id);
+
 /* The index of an id, or -1. */
 int32_t map_ids_find(const struct map_id *ids, size_t count, int32_t id);
 

@@ -193,7 +193,7 @@ bool mesh_file_name(struct mesh_file *file, int32_t pid, struct mesh_field name)
 
 bool mesh_file_add(struct mesh_file *file, int32_t set, int32_t first, int32_t last, int32_t step) {
     if (!file->counting)
-        file->ranges.range[file->ranges.count] = (struct mesh_range){set, first, last, step};
+        file->ranges.range[file->ranges.count] = (struct map_range){set, first, last, step};
     file->ranges.count++;
     return true;
 }
@@ -226,15 +226,9 @@ enum { SETS_OF_ELEMENT = 64 };
 static bool apply_sets(struct mesh_file *file, const struct map_id *elements) {
     size_t count = file->elements.count, left = SETS_OF_ELEMENT * (count + file->ranges.count);
     for (size_t r = 0; r < file->ranges.count; r++) {
-        const struct mesh_range range = file->ranges.range[r];
-        size_t low = 0, high = count;
-        while (low < high) {
-            size_t middle = low + (high - low) / 2;
-            bool before = elements[middle].id < range.first;
-            low = before ? middle + 1 : low;
-            high = before ? high : middle;
-        }
-        for (; low < count && elements[low].id <= range.last; low++) {
+        const struct map_range range = file->ranges.range[r];
+        for (size_t low = map_ids_from(elements, count, range.first);
+             low < count && elements[low].id <= range.last; low++) {
             if (left-- == 0)
                 return MAP_REFUSE(file->problem, "the elements are in more than %d sets each",
                                   SETS_OF_ELEMENT);
@@ -314,6 +308,14 @@ static bool warn_of(const struct mesh_file *file, struct arena *arena, struct ma
     return target->warning != NULL;
 }
 
+/* The names of the sets, for the target. */
+static struct map_set *list_sets(const struct mesh_file *file, struct arena *arena) {
+    struct map_set *sets = arena_take(arena, file->set_count, sizeof *sets);
+    for (size_t k = 0; sets && k < file->set_count; k++)
+        sets[k] = (struct map_set){file->set[k], file->property[k]};
+    return sets;
+}
+
 /* One pass. */
 static bool pass_through(struct mesh_file *file, bool (*read)(struct mesh_file *file),
                          const char *bytes, size_t length) {
@@ -368,7 +370,13 @@ enum api_problem_id mesh_file_read(bool (*read)(struct mesh_file *file), const c
                                   .element_count = elements,
                                   .ids = file->elements.id,
                                   .vertex_ids = file->nodes.id,
-                                  .pids = file->elements.pid};
+                                  .pids = file->elements.pid,
+                                  .sets = list_sets(file, arena),
+                                  .set_count = file->set_count,
+                                  .ranges = file->ranges.range,
+                                  .range_count = ranges};
+    if (good && !target->sets)
+        return api_problem_no_memory(problem, "the mesh");
     if (good && !warn_of(file, arena, target))
         api_problem_no_memory(problem, "the mesh");
     return problem->id;

@@ -12,11 +12,6 @@
 
 enum { MESH_SETS_MAX = 256, MESH_NAME_SIZE = 64, MESH_PASSED_MAX = 24, MESH_FIELDS_MAX = 40 };
 
-/* The elements first, first + step, ... last of a set. */
-struct mesh_range {
-    int32_t set, first, last, step;
-};
-
 struct mesh_file {
     struct api_problem *problem;
     bool counting;        /* the first pass: nothing is kept */
@@ -36,7 +31,7 @@ struct mesh_file {
     } elements;
     struct {
         size_t count;
-        struct mesh_range *range;
+        struct map_range *range;
     } ranges;
     char set[MESH_SETS_MAX][MESH_NAME_SIZE]; /* names of sets, whose numbers count from 1 */
     int32_t property[MESH_SETS_MAX];         /* that each is, of a format that numbers them */

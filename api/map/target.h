@@ -33,6 +33,11 @@ static inline bool map_target_no_memory(struct api_problem *problem) {
     return false;
 }
 
+/* The elements of ids first, first + step, ... last are in a set. */
+struct map_range {
+    int32_t set, first, last, step; /* set: its number in the list, from 1 */
+};
+
 struct map_target {
     const struct vec3 *vertices;
     size_t vertex_count;
@@ -42,11 +47,15 @@ struct map_target {
     const int32_t *ids;           /* of each element, as the file has them; NULL: from 0 */
     const int32_t *vertex_ids;    /* of each vertex, likewise */
     const int32_t *pids;          /* of each element, its property; NULL: there are none */
-    const char *warning;          /* what the reader passed over; NULL: nothing */
-    uint8_t *roles;               /* of each element, enum map_role; NULL: there are none */
-    bool has_role[MAP_ROLES];     /* which of them have been given */
-    struct vec3 reference;        /* the direction that angles of plies run from, not zero, ... */
-    bool has_reference;           /* ... or each element's first edge */
+    const struct map_set *sets;   /* of elements, that have names in the file */
+    size_t set_count;
+    const struct map_range *ranges; /* what is in them, beside the elements of their property */
+    size_t range_count;
+    const char *warning;      /* what the reader passed over; NULL: nothing */
+    uint8_t *roles;           /* of each element, enum map_role; NULL: there are none */
+    bool has_role[MAP_ROLES]; /* which of them have been given */
+    struct vec3 reference;    /* the direction that angles of plies run from, not zero, ... */
+    bool has_reference;       /* ... or each element's first edge */
     const double *heights; /* of the cavity at each element, > 0; 0 or NULL: that of what is mapped
                             */
     const struct api_request *cloth; /* of a drape in a rigid cavity, by heights or a punch: what
@@ -101,13 +110,14 @@ map_target_reader map_target_abaqus, map_target_lsdyna, map_target_gmsh, map_tar
 
 /*
  * Sets what a query parameter or command-line flag `name` says of the target: inlet (also as
- * inlet_elements) and outlet, each a list "17,18,pid:3" of elements by the file's ids, else by
- * index, of properties, and of all elements whose middle lies in a ball, "sphere:x:y:z:radius", or
- * so near to a straight line, "line:x:y:z:x:y:z:distance", in the length unit of the drape;
- * edge_channel, "width,permeability" in that unit and m^2; reference, "x,y,z"; cavity_height and
- * punch (`cavity.h`). False with `problem`
- * set: API_INVALID_REQUEST (it names no such elements, points, no direction, or it is given twice)
- * or API_OUT_OF_MEMORY; false with `problem` unset when there is no option of that name.
+ * inlet_elements) and outlet, each a list "17,18,pid:3,set:NAME" of elements by the file's ids,
+ * else by index, of properties, of sets by their names in any case, and of all elements whose
+ * middle lies in a ball, "sphere:x:y:z:radius", or so near to a straight line,
+ * "line:x:y:z:x:y:z:distance", in the length unit of the drape; edge_channel, "width,permeability"
+ * in that unit and m^2; reference, "x,y,z"; cavity_height and punch (`cavity.h`). False with
+ * `problem` set: API_INVALID_REQUEST (it names no such elements, points, no direction, or it is
+ * given twice) or API_OUT_OF_MEMORY; false with `problem` unset when there is no option of that
+ * name.
  */
 bool map_target_option(struct map_target *target, const char *name, const char *value,
                        struct arena *arena, struct api_problem *problem);

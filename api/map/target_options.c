@@ -4,12 +4,33 @@
 #include "target.h"
 
 #include "api/json/number.h"
+#include "api/json/text.h"
 #include "channel.h"
 #include "ids.h"
 #include <math.h>
 #include <string.h>
+#include <strings.h>
 
 /* ---- lists ---- */
+
+/* A list of elements that is being read. */
+struct listing {
+    struct map_target *target;
+    const char *option;
+    const struct map_id *ids; /* sorted; NULL: elements are counted from 0 */
+    uint8_t *member;          /* of each element, whether the last entry names it */
+    struct arena *arena;
+    struct api_problem *problem;
+};
+
+static bool begin_listing(struct listing *listing) {
+    const struct map_target *target = listing->target;
+    listing->member = arena_take(listing->arena, target->element_count, 1);
+    if (target->ids)
+        listing->ids = map_ids_sort(target->ids, target->element_count, listing->arena);
+    return (listing->member && (listing->ids || !target->ids)) ||
+           map_target_no_memory(listing->problem);
+}
 
 /* A whole number without a sign; where it ends, or NULL. */
 static const char *read_whole(const char *text, int32_t *value) {
@@ -19,11 +40,6 @@ static const char *read_whole(const char *text, int32_t *value) {
         number = 10 * number + (*at - '0');
     *value = (int32_t)number;
     return at > text && number <= INT32_MAX ? at : NULL;
-}
-
-/* "pid:N" if that stands here: where it ends, else NULL. */
-static const char *read_property(const char *text, int32_t *pid) {
-    return strncmp(text, "pid:", 4) == 0 ? read_whole(text + 4, pid) : NULL;
 }
 
 /* `count` numbers, each after a `mark` but the first; where they end, or NULL. */
@@ -39,80 +55,143 @@ static const char *read_reals(const char *text, char mark, size_t count, double 
     return text;
 }
 
-/* ---- inlet and outlet ---- */
-
-/* A list that is being applied. */
-struct marking {
-    struct map_target *target;
-    const char *option;
-    const struct map_id *ids; /* sorted; NULL: elements are counted from 0 */
-    enum map_role role;
-    struct api_problem *problem;
-};
-
-static bool mark_element(const struct marking *marking, size_t element) {
-    const struct map_target *target = marking->target;
-    uint8_t *role = &target->roles[element];
-    if (*role != MAP_FABRIC && *role != marking->role)
-        return MAP_REFUSE(marking->problem, "%s: element %d is both in the inlet and in the outlet",
-                          marking->option, target->ids ? target->ids[element] : (int)element);
-    *role = (uint8_t)marking->role;
-    return true;
+/* The number of the set of a name, in any case; 0, refused, when there is none. */
+static size_t find_named(const struct listing *listing, const char *name, int length) {
+    const struct map_target *target = listing->target;
+    struct api_text names = api_text_growing(listing->arena);
+    for (size_t k = 0; k < target->set_count; k++) {
+        const char *known = target->sets[k].name;
+        if (strlen(known) == (size_t)length && strncasecmp(known, name, (size_t)length) == 0)
+            return k + 1;
+        api_text_format(&names, "%s%s", k ? ", " : "", known);
+    }
+    const char *all = api_text_finish(&names);
+    api_problem_set(listing->problem, API_INVALID_REQUEST,
+                    "%s: the mesh has no set %.*s; its sets are: %.200s", listing->option,
+                    length < 64 ? length : 64, name, all && *all ? all : "none");
+    return 0;
 }
 
-/* Marks what one entry of the list names: an element, all of a property, or all whose middle lies
- * in a region. Where the entry ends, NULL with the problem set. */
-static const char *mark_entry(const struct marking *marking, const char *text) {
-    const struct map_target *target = marking->target;
-    struct vec3 line[2];
-    double distance = 0, v[7] = {0};
-    int32_t number;
-    bool property = strncmp(text, "pid:", 4) == 0, found = false;
-    bool sphere = strncmp(text, "sphere:", 7) == 0;
-    const char *whole = property ? read_property(text, &number) : read_whole(text, &number);
-    const char *end = whole && *whole != ':' ? whole : NULL;
-    /* "sphere:x:y:z:radius" or "line:x:y:z:x:y:z:distance", from its first to its second point. */
-    if (sphere || strncmp(text, "line:", 5) == 0) {
-        end = read_reals(strchr(text, ':') + 1, ':', sphere ? 4 : 7, v);
-        distance = end ? v[sphere ? 3 : 6] : 0;
-        line[0] = vec3_make(v[0], v[1], v[2]);
-        line[1] = sphere ? line[0] : vec3_make(v[3], v[4], v[5]);
-        end = distance > 0 ? end : NULL;
+/* The elements of a set beside those of its property. */
+static void add_ranges(const struct listing *listing, int32_t set) {
+    const struct map_target *target = listing->target;
+    size_t count = listing->ids ? target->element_count : 0;
+    for (size_t r = 0; r < target->range_count; r++) {
+        const struct map_range *range = &target->ranges[r];
+        for (size_t k = range->set == set ? map_ids_from(listing->ids, count, range->first) : count;
+             k < count && listing->ids[k].id <= range->last; k++)
+            if ((listing->ids[k].id - range->first) % range->step == 0)
+                listing->member[listing->ids[k].index] = 1;
     }
-    if (!end || (*end != '\0' && *end != ',')) {
-        api_problem_set(marking->problem, API_INVALID_REQUEST,
-                        "%s must list elements, properties or regions, separated by commas, such "
-                        "as 17,18,pid:3,sphere:x:y:z:radius,line:x:y:z:x:y:z:distance",
-                        marking->option);
-        return NULL;
-    }
-    if (end == whole && !property) {
-        int32_t element = marking->ids ? map_ids_find(marking->ids, target->element_count, number)
-                          : (size_t)number < target->element_count ? number
-                                                                   : -1;
-        if (element < 0)
-            api_problem_set(marking->problem, API_INVALID_REQUEST, "%s: the mesh has no element %d",
-                            marking->option, number);
-        return element >= 0 && mark_element(marking, (size_t)element) ? end : NULL;
-    }
-    for (size_t k = 0; k < target->element_count; k++) {
-        bool own =
-            end == whole
-                ? target->pids && target->pids[k] == number
-                : !(map_segment_distance(line[0], line[1], map_target_point(target, k)) > distance);
-        found = found || own;
-        if (own && !mark_element(marking, k))
+}
+
+/* Finds the members of a part of the mesh, "pid:N" or "set:NAME", of which there are some. Where
+ * the entry ends; NULL with the problem set, or without one when it is neither. */
+static const char *read_part(const struct listing *listing, const char *text) {
+    const struct map_target *target = listing->target;
+    bool named = strncmp(text, "set:", 4) == 0, any = false;
+    int length = (int)strcspn(text, ",");
+    int32_t pid = 0;
+    size_t set = 0;
+    const char *end = NULL;
+    if (named) {
+        end = text + 4 + strcspn(text + 4, ":,");
+        set = find_named(listing, text + 4, (int)(end - text) - 4);
+        if (!set)
             return NULL;
+        pid = target->sets[set - 1].property;
+    } else if (strncmp(text, "pid:", 4) == 0) {
+        end = read_whole(text + 4, &pid);
     }
-    if (!found && end == whole)
-        api_problem_set(marking->problem, API_INVALID_REQUEST,
-                        "%s: the mesh has no element of property %d", marking->option, number);
-    else if (!found)
-        api_problem_set(marking->problem, API_INVALID_REQUEST,
-                        "%s: no element has its middle within %g of that point or line; check that "
-                        "the numbers are in the drape's length unit",
-                        marking->option, distance);
-    return found ? end : NULL;
+    if (!end)
+        return NULL;
+    for (size_t k = 0; k < target->element_count; k++)
+        listing->member[k] = target->pids && target->pids[k] == pid;
+    if (named)
+        add_ranges(listing, (int32_t)set);
+    for (size_t k = 0; k < target->element_count; k++)
+        any = any || listing->member[k];
+    if (any)
+        return end;
+    api_problem_set(
+        listing->problem, API_INVALID_REQUEST,
+        named ? "%s: %.*s has no shell element" : "%s: the mesh has no element of property %.*s",
+        listing->option, named ? length : (int)(end - text) - 4, named ? text : text + 4);
+    return NULL;
+}
+
+/* ---- inlet and outlet ---- */
+
+/* Finds the members of a region, "sphere:x:y:z:radius" or "line:x:y:z:x:y:z:distance" from its
+ * first to its second point: those whose middle is so near. As `read_part`. */
+static const char *read_region(const struct listing *listing, const char *text) {
+    const struct map_target *target = listing->target;
+    double v[7] = {0};
+    bool sphere = strncmp(text, "sphere:", 7) == 0, any = false;
+    if (!sphere && strncmp(text, "line:", 5) != 0)
+        return NULL;
+    const char *end = read_reals(strchr(text, ':') + 1, ':', sphere ? 4 : 7, v);
+    double distance = end ? v[sphere ? 3 : 6] : 0;
+    struct vec3 from = vec3_make(v[0], v[1], v[2]);
+    struct vec3 to = sphere ? from : vec3_make(v[3], v[4], v[5]);
+    if (!(distance > 0))
+        return NULL;
+    for (size_t k = 0; k < target->element_count; k++) {
+        bool near = !(map_segment_distance(from, to, map_target_point(target, k)) > distance);
+        listing->member[k] = near;
+        any = any || near;
+    }
+    if (any)
+        return end;
+    api_problem_set(listing->problem, API_INVALID_REQUEST,
+                    "%s: no element has its middle within %g of that point or line; check that the "
+                    "numbers are in the drape's length unit",
+                    listing->option, distance);
+    return NULL;
+}
+
+/* The one member of that number, likewise. */
+static const char *read_element(const struct listing *listing, const char *text) {
+    const struct map_target *target = listing->target;
+    int32_t number;
+    const char *end = read_whole(text, &number);
+    if (!end || (*end != '\0' && *end != ','))
+        return NULL;
+    int32_t element = listing->ids ? map_ids_find(listing->ids, target->element_count, number)
+                      : (size_t)number < target->element_count ? number
+                                                               : -1;
+    memset(listing->member, 0, target->element_count);
+    if (element >= 0)
+        listing->member[element] = 1;
+    else
+        api_problem_set(listing->problem, API_INVALID_REQUEST, "%s: the mesh has no element %d",
+                        listing->option, number);
+    return element >= 0 ? end : NULL;
+}
+
+/* Marks what one entry of a list names. Where it ends, NULL with the problem set. */
+static const char *mark_entry(const struct listing *listing, enum map_role role, const char *text) {
+    const struct map_target *target = listing->target;
+    struct api_problem *problem = listing->problem;
+    const char *end = read_element(listing, text);
+    end = end || problem->id != API_OK ? end : read_part(listing, text);
+    end = end || problem->id != API_OK ? end : read_region(listing, text);
+    if (problem->id == API_OK && (!end || (*end != '\0' && *end != ',')))
+        (void)MAP_REFUSE(
+            problem,
+            "%s must list elements, properties, sets or regions, separated by commas, "
+            "such as 17,18,pid:3,set:NAME,sphere:x:y:z:radius,line:x:y:z:x:y:z:distance",
+            listing->option);
+    for (size_t k = 0; problem->id == API_OK && k < target->element_count; k++) {
+        uint8_t *own = &target->roles[k];
+        if (!listing->member[k])
+            continue;
+        if (*own != MAP_FABRIC && *own != role)
+            (void)MAP_REFUSE(problem, "%s: element %d is both in the inlet and in the outlet",
+                             listing->option, target->ids ? target->ids[k] : (int)k);
+        *own = (uint8_t)role;
+    }
+    return problem->id == API_OK ? end : NULL;
 }
 
 /* Inlet, outlet or channel, each once. */
@@ -122,12 +201,12 @@ static bool set_role(struct map_target *target, enum map_role role, const char *
                                           [MAP_INLET] = "inlet",
                                           [MAP_OUTLET] = "outlet",
                                           [MAP_CHANNEL] = "edge_channel"};
-    struct marking marking = {target, options[role], NULL, role, problem};
+    struct listing listing = {target, options[role], NULL, NULL, arena, problem};
     double numbers[2];
     if (!target->elements)
-        return MAP_REFUSE(problem, "%s needs a mesh", marking.option);
+        return MAP_REFUSE(problem, "%s needs a mesh", listing.option);
     if (target->has_role[role])
-        return MAP_REFUSE(problem, "%s is given twice", marking.option);
+        return MAP_REFUSE(problem, "%s is given twice", listing.option);
     target->has_role[role] = true;
     if (!target->roles)
         target->roles = arena_alloc(arena, target->element_count, 1);
@@ -135,13 +214,9 @@ static bool set_role(struct map_target *target, enum map_role role, const char *
         return map_target_no_memory(problem);
     if (role != MAP_CHANNEL) {
         struct arena_mark scratch = arena_mark(arena);
-        if (target->ids)
-            marking.ids = map_ids_sort(target->ids, target->element_count, arena);
-        if (target->ids && !marking.ids)
-            return map_target_no_memory(problem);
-        const char *at = mark_entry(&marking, value);
+        const char *at = begin_listing(&listing) ? mark_entry(&listing, role, value) : NULL;
         while (at && *at)
-            at = mark_entry(&marking, at + 1);
+            at = mark_entry(&listing, role, at + 1);
         arena_rewind(arena, scratch);
         return at != NULL;
     }
@@ -157,38 +232,33 @@ static bool set_role(struct map_target *target, enum map_role role, const char *
 
 /* ---- the cavity ---- */
 
-/* "H", or a list "pid:3:0.002,pid:4:0.003,0.0025" by the mesh's properties, in which what stands
+/* "H", or a list "pid:3:0.002,set:NAME:0.003,0.0025" by the mesh's parts, in which what stands
  * later holds. */
 static bool set_heights(struct map_target *target, const char *value, struct arena *arena,
                         struct api_problem *problem) {
+    struct listing listing = {target, "cavity_height", NULL, NULL, arena, problem};
     size_t count = target->element_count;
     if (target->heights || target->punch)
         return MAP_REFUSE(
             problem, "cavity_height: give the cavity once, by heights or by a punch, not both");
     double *heights = arena_alloc(arena, count, sizeof *heights);
-    if (!heights)
+    if (!heights || !begin_listing(&listing))
         return map_target_no_memory(problem);
     for (const char *at = value;; at++) {
-        int32_t pid = 0;
         double height;
-        bool found = false;
-        const char *property = read_property(at, &pid);
-        bool good = !property || *property == ':';
-        at = property ? property + good : at;
+        const char *part = read_part(&listing, at);
+        if (problem->id != API_OK)
+            return false;
+        bool good = !part || *part == ':';
+        at = part ? part + good : at;
         size_t taken = good ? api_number_read(at, strlen(at), &height) : 0;
         at += taken;
         if (taken == 0 || !(height > 0) || !(height <= MAP_COORDINATE_MAX) || (*at && *at != ','))
-            return MAP_REFUSE(problem,
-                              "cavity_height must be a positive height, or heights by property "
-                              "separated by commas, such as pid:3:0.002,pid:4:0.003");
-        for (size_t k = 0; k < count; k++) {
-            bool own = !property || (target->pids && target->pids[k] == pid);
-            heights[k] = own ? height : heights[k];
-            found = found || own;
-        }
-        if (!found)
-            return MAP_REFUSE(problem, "cavity_height: the mesh has no element of property %d",
-                              pid);
+            return MAP_REFUSE(
+                problem, "cavity_height must be a positive height, or heights by property or set "
+                         "separated by commas, such as pid:3:0.002,set:NAME:0.003");
+        for (size_t k = 0; k < count; k++)
+            heights[k] = !part || listing.member[k] ? height : heights[k];
         if (!*at)
             break;
     }
@@ -196,37 +266,17 @@ static bool set_heights(struct map_target *target, const char *value, struct are
     return true;
 }
 
-/* "pid:7,pid:8": the elements of these properties become the punch; the others stay, in their
- * order. */
-static bool set_punch(struct map_target *target, const char *value, struct arena *arena,
-                      struct api_problem *problem) {
+/* Takes the elements that are named out of the mesh, as its punch; the others keep their order. */
+static bool take_punch(struct map_target *target, const uint8_t *named, struct arena *arena) {
     size_t count = target->element_count, kept = 0;
-    int32_t pid, own;
-    const char *at = read_property(value, &pid);
-    while (at && *at == ',')
-        at = read_property(at + 1, &pid);
-    if (!at || *at)
-        return MAP_REFUSE(problem,
-                          "punch must list properties of the mesh, separated by commas, such as "
-                          "pid:7,pid:8; in a JSON body give \"punch\" beside \"mesh\"");
-    if (target->heights || target->punch)
-        return MAP_REFUSE(problem,
-                          "punch: give the cavity once, by heights or by a punch, not both");
-    if (!target->pids)
-        return MAP_REFUSE(problem, "punch: the mesh has no properties");
     int32_t(*elements)[4] = arena_take(arena, count, sizeof *elements);
     int32_t(*punch)[4] = arena_take(arena, count, sizeof *punch);
     int32_t *pids = arena_take(arena, count, sizeof *pids);
     int32_t *ids = arena_take(arena, count, sizeof *ids);
     if (!elements || !punch || !pids || !ids)
-        return map_target_no_memory(problem);
+        return false;
     for (size_t k = 0; k < count; k++) {
-        bool named = false;
-        for (at = value; !named && at; at = *at ? at + 1 : NULL) {
-            at = read_property(at, &own);
-            named = own == target->pids[k];
-        }
-        if (named) {
+        if (named[k]) {
             memcpy(punch[target->punch_count++], target->elements[k], sizeof *punch);
             continue;
         }
@@ -243,8 +293,37 @@ static bool set_punch(struct map_target *target, const char *value, struct arena
     target->punch_vertices = target->vertices;
     target->pids = pids;
     target->ids = ids;
-    if (target->punch_count == 0)
-        return MAP_REFUSE(problem, "punch: the mesh has no element of property %d", pid);
+    return true;
+}
+
+/* "pid:7,set:NAME": the elements of these become the punch. */
+static bool set_punch(struct map_target *target, const char *value, struct arena *arena,
+                      struct api_problem *problem) {
+    struct listing listing = {target, "punch", NULL, NULL, arena, problem};
+    if (target->heights || target->punch)
+        return MAP_REFUSE(problem,
+                          "punch: give the cavity once, by heights or by a punch, not both");
+    if (!target->pids)
+        return MAP_REFUSE(problem, "punch: the mesh has no properties");
+    uint8_t *named = arena_alloc(arena, target->element_count, 1);
+    if (!named || !begin_listing(&listing))
+        return map_target_no_memory(problem);
+    for (const char *at = value, *end;; at = end + 1) {
+        end = read_part(&listing, at);
+        if (problem->id != API_OK)
+            return false;
+        if (!end || (*end && *end != ','))
+            return MAP_REFUSE(
+                problem,
+                "punch must list properties or sets of the mesh, separated by commas, such "
+                "as pid:7,set:NAME; in a JSON body give \"punch\" beside \"mesh\"");
+        for (size_t k = 0; k < target->element_count; k++)
+            named[k] |= listing.member[k];
+        if (!*end)
+            break;
+    }
+    if (!take_punch(target, named, arena))
+        return map_target_no_memory(problem);
     return target->element_count > 0 ||
            MAP_REFUSE(problem, "punch: the mesh has no elements besides the punch");
 }

@@ -523,7 +523,7 @@ class Client:
         point, arrays where NumPy is installed; `warnings` tells of a mesh that lies elsewhere. `options`:
         `fields`, `precision`, `reference` (the direction that angles of plies run from, (x, y, z)), `within` (of
         decks), and for lcmsim `inlet` and `outlet`, lists of the file's ids (of a dict's mesh of indices),
-        "pid:3" and "sphere:x:y:z:radius", `edge_channel`, (width, permeability in m^2), `lcmsim_version` and
+        "pid:3", "set:NAME" and "sphere:x:y:z:radius", `edge_channel`, (width, permeability in m^2), `lcmsim_version` and
         `at_most_fiber_volume_fraction`; `cavity_height`, a number or "pid:3:0.002,pid:4:0.003", and `punch`,
         "pid:7"."""
         document = self._map(json.load, drape, mesh, "json", options)
@@ -544,7 +544,7 @@ class Client:
 
     def save_map(self, drape: str, mesh: Mesh, path: Union[str, os.PathLike],
                  format: Optional[str] = None, **options: Any) -> Optional[str]:
-        """Saves them to a file: json, csv, vtu, lcmsim (a zip), or a solver's deck (nastran,
+        """Saves them to a file: json, csv, vtu, gmsh, unv, lcmsim (a zip), or a solver's deck (nastran,
         optistruct, radioss, lsdyna, abaqus, calculix), abd or acp; the format by its name's ending
         unless given, the options as above. For lcmsim: what the binning costs, as the service tells
         it in the header Draped-Binning."""
@@ -552,7 +552,8 @@ class Client:
 
     def _save_map(self, job: str, mesh: Mesh, path: Union[str, os.PathLike], format: Optional[str],
                   options: Mapping[str, Any], kind: str) -> Optional[str]:
-        name = format or os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
+        ending = os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
+        name = format or ENDINGS.get(ending, ending)
         return self._map(_into(path), job, mesh, name, options, kind).get("Draped-Binning")
 
 

@@ -10,7 +10,7 @@ import { readElements } from './work.js';
 
 const DESCRIPTION = 'v1/openapi.json';
 const MAP = '/v1/drapes/{id}/map';
-const ENDINGS = { lcmsim: 'zip', 'lcmsim-h5': 'h5', lims: 'dmp' };
+const ENDINGS = { gmsh: 'msh', lcmsim: 'zip', 'lcmsim-h5': 'h5', lims: 'dmp' };
 const CAVITY = { 'mesh-height': 'cavity_height', 'mesh-punch': 'punch' };
 
 /** The formats of maps by the service's own description. */

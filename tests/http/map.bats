@@ -121,6 +121,8 @@ POINTS='{"points": [[0, 0, 0], [1, 0.5, 0.375], [1, 0.5, 1.375]]}'
 json application/json
 csv text/csv
 vtu application/vnd.vtk
+gmsh text/x-gmsh
+unv text/x-unv
 lcmsim application/zip
 lcmsim-h5 application/x-lcmsim
 lims text/x-lims
@@ -133,7 +135,7 @@ compost application/x-compost+json
 END
     map_bulk '?format=glb'
     expect_problem 406 not-acceptable
-    [[ $(field .detail) == *'json, csv, vtu, lcmsim, lcmsim-h5, lims, nastran, optistruct, radioss, lsdyna, abaqus, calculix, abd, acp, compost' ]]
+    [[ $(field .detail) == *'json, csv, vtu, gmsh, unv, lcmsim, lcmsim-h5, lims, nastran, optistruct, radioss, lsdyna, abaqus, calculix, abd, acp, compost' ]]
     map_bulk '' -H 'Accept: image/png'
     expect_problem 406 not-acceptable
     for format in vtu lcmsim nastran calculix abd; do

@@ -150,6 +150,51 @@ write_map() {
     $READ vtu-plies "$folder/map.vtu" "$folder/map.json"
 }
 
+@test "readers: meshes of Gmsh and universal files have every field of elements and plies, under the mesh's numbers" {
+    for unit in 'm 1' 'mm 1000'; do
+        stack $unit
+        jq -c '{surface, length_unit, plies: [0, 45 | . as $a | {direction: {angle_deg: $a}} as $p | $p],
+            fabric, permeability: {model: "kozeny_carman", k1: 1.63e-10, k2: 5e-11, k3: 1e-12,
+            at_fiber_volume_fraction: 0.4}} | .plies[] += {fabric, permeability} | del(.fabric, .permeability) |
+            .plies[1].boundary = {polygon: (.surface.control_points.points | map(.[0]) | max as $r |
+                [[-$r, -$r, 0], [0, -$r, 0], [0, $r, 0], [-$r, $r, 0]])}' \
+            "$folder/request.json" >"$folder/new.json"
+        mv "$folder/new.json" "$folder/request.json"
+        inlet=$(jq '.mesh.ids[3]' "$folder/mesh.json")
+        write_map json "$folder/map.json" --inlet "$inlet"
+        for format in gmsh unv; do
+            write_map $format "$folder/mesh.$format" --inlet "$inlet"
+            $PYTHON tests/readers/field_mesh.py $format "$folder/mesh.$format" "$folder/mesh.json" "$folder/map.json"
+        done
+    done
+    # meshio, which cannot split fields over kinds of elements, reads a mesh of triangles.
+    jq -c '.mesh |= ((.triangles | length) as $n | .ids |= .[:$n] | del(.quads))' "$folder/mesh.json" \
+        >"$folder/triangles.json"
+    "$DRAPE" "$folder/request.json" --map "$folder/triangles.json" --format json -o "$folder/map.json"
+    "$DRAPE" "$folder/request.json" --map "$folder/triangles.json" --format gmsh -o "$folder/mesh.msh"
+    $PYTHON - "$folder/mesh.msh" "$folder/map.json" <<'END'
+import json, sys, meshio, numpy
+mesh = meshio.read(sys.argv[1], "gmsh")
+cells = json.load(open(sys.argv[2]))["cells"]
+assert numpy.array_equal(mesh.cell_data["k1"][0], cells["k1"])
+assert numpy.array_equal(mesh.cell_data["permeability"][0][:, 1], cells["kxy"])
+END
+}
+
+@test "readers: what goes out as a mesh of Gmsh or a universal file comes in again, sets and all" {
+    for kind in gmsh unv; do
+        "$DRAPE" "$EXAMPLES/saddle.json" --map tests/unit/meshes/sets.inp --format $kind \
+            -o "$BATS_TEST_TMPDIR/mesh.${kind/gmsh/msh}"
+        for format in json csv; do
+            "$DRAPE" "$EXAMPLES/saddle.json" --map tests/unit/meshes/sets.inp --format $format --inlet set:tip \
+                -o "$BATS_TEST_TMPDIR/wanted"
+            "$DRAPE" "$EXAMPLES/saddle.json" --map "$BATS_TEST_TMPDIR/mesh.${kind/gmsh/msh}" --format $format \
+                --inlet set:TIP -o "$BATS_TEST_TMPDIR/found"
+            cmp "$BATS_TEST_TMPDIR/wanted" "$BATS_TEST_TMPDIR/found"
+        done
+    done
+}
+
 # Without `within` a deck is for people and solvers to read: few stacks for many elements, and what
 # that costs is in its head.
 @test "readers: decks round to few stacks by default, and tell by how much" {

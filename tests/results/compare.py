@@ -37,7 +37,7 @@ OPTIONS = [f"json --precision {p}" for p in (1, 6, 17)] + [
 
 ON_ROLLS = [f"{f} --partial" for f in ("dxf", "astm", "svg", "svg --width 9 --turn 0 --gap 0.01",
                                        "hpgl --roll 1", "laser", "laser-csv", "virtek")]
-STACKS = [f + MAP for f in ("csv", "csv --table plies", "json", "lcmsim", "nastran", "abaqus", "compost", "acp",
+STACKS = [f + MAP for f in ("csv", "csv --table plies", "json", "lcmsim", "nastran", "abaqus", "compost", "acp", "gmsh", "unv",
                             "csv --reference 1,2,0 --cavity-height pid:1:0.004")]
 LAMINATES, STUDIES = ({each["name"]: each for each in json.loads((HERE / file).read_text())}
                       for file in ("laminates.json", "studies.json"))

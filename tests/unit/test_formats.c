@@ -420,11 +420,12 @@ static void test_formats_of_decks_say_what_they_cannot_hold(void **state) {
 enum { ASK_GATES, ASK_YARNS, ASK_SIDES, ASK_NO_THICKNESS, ASK_MANY_PLIES, ASKED };
 static const struct {
     const char *name, *answers;
-} answers[] = {{"json", "hrhhh"},     {"csv", "hrhhh"},        {"vtu", "hrhhh"},
-               {"lcmsim", "hrhhh"},   {"lims", "hrhhh"},       {"lcmsim-h5", "hrhhh"},
-               {"nastran", "rhhrr"},  {"lsdyna", "rhhrr"},     {"abaqus", "rhhrr"},
-               {"calculix", "rhhrr"}, {"acp", "rrhhr"},        {"compost", "rrhhh"},
-               {"abd", "rhhrh"},      {"optistruct", "rhrrr"}, {"radioss", "rhrrr"}};
+} answers[] = {{"json", "hrhhh"},       {"csv", "hrhhh"},       {"vtu", "hrhhh"},
+               {"gmsh", "hrhhh"},       {"unv", "hrhhh"},       {"lcmsim", "hrhhh"},
+               {"lims", "hrhhh"},       {"lcmsim-h5", "hrhhh"}, {"nastran", "rhhrr"},
+               {"lsdyna", "rhhrr"},     {"abaqus", "rhhrr"},    {"calculix", "rhhrr"},
+               {"acp", "rrhhr"},        {"compost", "rrhhh"},   {"abd", "rhhrh"},
+               {"optistruct", "rhrrr"}, {"radioss", "rhrrr"}};
 
 static void check_answer(const struct format *format, int asked, char answer,
                          const struct map_fields *fields) {

@@ -133,6 +133,53 @@ static void test_map_files_say_the_line_of_what_is_wrong(void **state) {
     }
 }
 
+/* Sets beside the one that is an element's property, in any case of letters, and of all options. */
+static void test_map_files_name_sets_in_lists(void **state) {
+    (void)state;
+    static const struct {
+        int file;
+        const char *list;
+        uint8_t roles[2];
+    } good[] = {
+        {0, "set:skin", {MAP_INLET, 0}},        {0, "set:EDGE", {0, MAP_INLET}},
+        {0, "set:all", {MAP_INLET, MAP_INLET}}, {0, "901,set:edge", {MAP_INLET, MAP_INLET}},
+        {2, "set:a skin", {MAP_INLET, 0}},      {4, "set:edge,pid:1", {MAP_INLET, MAP_INLET}}};
+    static const struct {
+        const char *option, *list, *says;
+    } wrong[] = {
+        {"inlet", "set:ski", "inlet: the mesh has no set ski; its sets are: SKIN, edge, all"},
+        {"outlet", "set:", "outlet: the mesh has no set ; its sets are"},
+        {"outlet", "set:skin:1", "outlet must list elements, properties, sets or regions"},
+        {"punch", "set:skin,set:none", "punch: the mesh has no set none"},
+        {"punch", "set:all", "punch: the mesh has no elements besides the punch"},
+        {"cavity_height", "set:skin", "cavity_height must be a positive height"},
+        {"cavity_height", "set:skin:0", "cavity_height must be a positive height"}};
+    struct api_problem problem = {0};
+    for (size_t k = 0; k < sizeof good / sizeof *good; k++) {
+        struct map_target mesh =
+            mesh_text_good(files[good[k].file].read, files[good[k].file].text, arena);
+        assert_true(map_target_option(&mesh, "inlet", good[k].list, arena, &problem));
+        assert_memory_equal(mesh.roles, good[k].roles, 2);
+    }
+    for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
+        struct map_target mesh = mesh_text_good(map_target_abaqus, abaqus, arena);
+        problem = (struct api_problem){0};
+        assert_false(map_target_option(&mesh, wrong[k].option, wrong[k].list, arena, &problem));
+        if (!strstr(problem.error[0].detail, wrong[k].says))
+            fail_msg("%s is not in: %s", wrong[k].says, problem.error[0].detail);
+    }
+    struct map_target mesh = mesh_text_good(map_target_abaqus, abaqus, arena);
+    problem = (struct api_problem){0};
+    assert_true(map_target_option(&mesh, "cavity_height", "3,set:edge:4", arena, &problem));
+    assert_memory_equal(mesh.heights, ((double[]){3, 4}), 2 * sizeof(double));
+    mesh = mesh_text_good(map_target_abaqus, abaqus, arena);
+    assert_true(map_target_option(&mesh, "inlet", "set:all", arena, &problem));
+    assert_true(map_target_option(&mesh, "punch", "set:edge", arena, &problem));
+    assert_int_equal(mesh.element_count, 1);
+    assert_int_equal(mesh.ids[0], 901);
+    assert_true(map_target_option(&mesh, "outlet", "set:edge", arena, &problem) == false);
+}
+
 /* However a file is cut off, it is read or refused. */
 static void test_map_files_cut_anywhere_are_read_or_refused(void **state) {
     (void)state;
@@ -154,6 +201,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_map_files_all_give_the_same_mesh),
         cmocka_unit_test(test_map_files_say_the_line_of_what_is_wrong),
+        cmocka_unit_test(test_map_files_name_sets_in_lists),
         cmocka_unit_test(test_map_files_cut_anywhere_are_read_or_refused),
     };
     return cmocka_run_group_tests_name("map_files", tests, set_up, tear_down);
