@@ -3,13 +3,15 @@
 """Compares results byte by byte, by their digests, with those in tests/results/digests: the examples
 and the requests of the tests, in all methods and formats, with patterns and maps, laminates
 (laminates.json, each on the surface of another request) and studies (studies.json). The time that
-solving took is made 0; of a request that is refused the exit status alone is compared. A change
-that is meant is written down with `make golden`.
-Usage: compare.py BUILD [--write | REQUEST]: of that request alone; compare.py: the requests"""
+solving took is made 0. Of a request that is refused what is said against it is compared: those of
+tests/unit/bad_requests, and of refusals.json, which change another. A change that is meant is
+written down with `make golden`.
+Usage: compare.py BUILD [--write | REQUEST]: of that request alone, or of those "refused"; compare.py: which there are"""
 import glob
 import hashlib
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -31,6 +33,7 @@ PERMEABLE = {"permeability": {"model": "gebart", "fiber_radius": 1e-5, "packing"
              "fabric": {"thickness": 0.01, "fiber_volume_fraction": 0.5}}
 EXAMPLES = sorted(glob.glob("api/examples/*.json"))
 REQUESTS = sorted(glob.glob("tests/requests/*.json"))
+BAD_REQUESTS = sorted(glob.glob("tests/unit/bad_requests/*.json"))
 SEEDS = sorted(glob.glob("tests/fuzz/corpus/run/*.json"))
 OPTIONS = [f"json --precision {p}" for p in (1, 6, 17)] + [
     f"{f} --fields nodes.x,cells.shear_deg" for f in FORMATS[:6]]
@@ -63,10 +66,14 @@ def cases():
         yield from ((f"laminate: {name}", {}, output) for output in ["json", "html"] + ON_ROLLS + STACKS)
     for name in STUDIES:
         yield from ((f"study: {name}", {}, output) for output in ["json", "csv", "json --variant 3"])
+    yield from ((file, {}, "json") for file in BAD_REQUESTS)
+    yield from ((f"refused {case['of']}", case["changes"], case["output"])
+                for case in json.loads((HERE / "refusals.json").read_text()))
 
 
 def request_of(file):
     """The bytes of a request, or of a laminate or a study by its name."""
+    file = file.removeprefix("refused ")
     kind, _, name = file.partition(": ")
     if kind == "laminate":
         on = json.loads(Path(LAMINATES[name]["surface_of"]).read_text())
@@ -80,9 +87,11 @@ def request_of(file):
 
 
 def patched(value, patch):
-    """RFC 7386: members of `patch` replace those of `value`, null removes them."""
+    """RFC 7386: members of `patch` replace those of `value`, null removes them; numbers are places of a list."""
     if not isinstance(patch, dict):
         return patch
+    if isinstance(value, list) and patch and all(key.isdigit() for key in patch):
+        return [patched(each, patch[str(k)]) if str(k) in patch else each for k, each in enumerate(value)]
     merged = dict(value) if isinstance(value, dict) else {}
     for key, change in patch.items():
         if change is None:
@@ -90,6 +99,18 @@ def patched(value, patch):
         else:
             merged[key] = patched(merged.get(key), change)
     return merged
+
+
+def group_of(case):
+    """What the results of a case are compared with alone: its request, or others that are refused."""
+    file = case[0]
+    return "refused" if file.startswith("refused ") or file in BAD_REQUESTS else file
+
+
+def name_of(case):
+    file, changes, output = case
+    changed = " " + json.dumps(changes, separators=(",", ":")) if changes else ""
+    return f"{file}{changed} {output}"
 
 
 def digest_line(build, clock, case):
@@ -102,25 +123,25 @@ def digest_line(build, clock, case):
                           capture_output=True, timeout=LONGEST,
                           env={**os.environ, "LD_PRELOAD": clock})
     said = hashlib.sha256(done.stdout).hexdigest()[:32] if done.returncode == 0 else \
-        f"exit status {done.returncode}"
-    changed = " " + json.dumps(changes, separators=(",", ":")) if changes else ""
-    return f"{said} {file}{changed} {output}"
+        f"exit status {done.returncode} {hashlib.sha256(done.stderr).hexdigest()[:32]}"
+    return f"{said} {name_of(case)}"
 
 
-def compare(build, request):
-    """The lines of all cases, or of those of a request, and the same as they were."""
-    chosen = [case for case in cases() if request in (None, case[0])]
+def compare(build, group):
+    """The lines of all cases, or of those of a group, and the same as they were."""
+    chosen = [case for case in cases() if group in (None, group_of(case))]
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
         clock = os.path.join(folder, "stopped_clock.so")
         subprocess.run(["gcc", "-shared", "-fPIC", "-Wall", "-Werror", "-o", clock,
                         HERE / "stopped_clock.c"], check=True)
         lines = list(pool.map(lambda case: digest_line(build, clock, case), chosen))
-    expected = [line for line in DIGESTS.read_text().splitlines() if request is None or f" {request} " in line]
-    return lines, expected
+    expected, names = DIGESTS.read_text().splitlines(), set(map(name_of, chosen))
+    of_group = [line for line in expected if re.sub(r"^(exit status \d+ )?\w{32} ", "", line) in names]
+    return lines, of_group if group else expected
 
 
-def main(build, write, request):
-    lines, expected = compare(build, request)
+def main(build, write, group):
+    lines, expected = compare(build, group)
     if write:
         DIGESTS.write_text("\n".join(lines) + "\n")
         return 0
@@ -133,7 +154,7 @@ def main(build, write, request):
 
 if __name__ == "__main__":
     if len(sys.argv) == 1:
-        print(*dict.fromkeys(case[0] for case in cases()), sep="\n")
+        print(*dict.fromkeys(map(group_of, cases())), sep="\n")
         sys.exit()
     asked = (sys.argv[2:] or [None])[0]
     sys.exit(main(sys.argv[1], asked == "--write", None if asked == "--write" else asked))
