@@ -2,7 +2,9 @@
 /*
  * A shell that is a tube is cut open opposite the start, as a surface that is closed one way is
  * (`surface_point_zone`): the cloth that has gone round it from both sides meets there. Where that
- * is, is found on a coarse mesh of it (`mesh/tube_cut.h`).
+ * is, is found on a coarse mesh of it (`mesh/tube_cut.h`); exactly, where the part is its own
+ * mirror image about a plane through the start, as all turned parts are: in that plane, however it
+ * is cut into faces.
  */
 #include "march.h"
 
@@ -26,26 +28,54 @@ static const double longest_way = 2.2;
  */
 static const double least_piece = 0.1;
 
+/* The mesh is right to this share of the triangles' sides. */
+static const double mesh_error = 0.3;
+
+/* Triangles that tell whether a part is its own mirror image; steps of Newton's method to a place.
+ */
+enum { MIRROR_SAMPLES = 64, ROUNDS = 4 };
+
+/* Between two places of the cut it is looked for one between them, and so on so many times, where
+ * it bends away from their chord by more than this, in spacings. */
+enum { HALVINGS = 4, PER_EDGE = 1 << HALVINGS };
+static const double bend_most = 0.002;
+
+/* A place of the cut: parameters of its face, the edge of the mesh it is on, and where it is. */
+struct cut_place {
+    double uv[2];
+    struct vec3 edge, r;
+};
+
 /* The pieces of the cut, each on one face, while they are made of the slits in the mesh. */
 struct cut_pieces {
     const struct shell *shell;
     const struct mesh *mesh;
+    const struct surface_point *start;
+    struct vec3 mirror; /* unit normal of the plane through the start about which the shell is its
+                           own mirror image; zero: there is none */
     struct shell_slit_piece *piece;
-    double (*uv)[2];
-    size_t count, used; /* pieces, and points of uv */
-    double least;       /* length of an edge */
-    struct vec3 r[2];   /* the last two points of the last piece */
+    struct cut_place *place; /* of the pieces, one after the other */
+    size_t count, used;      /* pieces, and places */
+    double least;            /* length of an edge */
+    double size;             /* of the triangles' sides */
+    double bend;             /* away from a chord that is let be */
 };
 
-/* The place of a slit's end in the inner parameters of its triangle's face. */
-static void slit_parameters(const struct cut_pieces *p, int32_t half, double share, double uv[2]) {
+/* The place of a slit's end, by the inner parameters of its triangle's face. */
+static struct cut_place slit_place(const struct cut_pieces *p, const struct mesh_slit *slit,
+                                   int which) {
     const struct mesh *mesh = p->mesh;
-    const struct surface *surface = shell_surface(p->shell, mesh->faces[half / 3]);
+    int32_t half = slit->half[which], triangle = half / 3;
+    const struct surface *surface = shell_surface(p->shell, mesh->faces[triangle]);
+    struct cut_place place;
     double from[2], to[2];
-    surface_inner(surface, mesh->parameters[mesh->corners[half / 3][half % 3]], from);
-    surface_inner(surface, mesh->parameters[mesh->corners[half / 3][(half + 1) % 3]], to);
+    surface_inner(surface, mesh->parameters[mesh->corners[triangle][half % 3]], from);
+    surface_inner(surface, mesh->parameters[mesh->corners[triangle][(half + 1) % 3]], to);
     for (int k = 0; k < 2; k++)
-        uv[k] = from[k] + share * (to[k] - from[k]);
+        place.uv[k] = from[k] + slit->share[which] * (to[k] - from[k]);
+    place.edge = vec3_sub(mesh_corner_point(mesh, triangle, (half + 1) % 3),
+                          mesh_corner_point(mesh, triangle, half % 3));
+    return place;
 }
 
 static struct vec3 point_on_face(const struct shell *shell, int32_t face, const double uv[2]) {
@@ -55,28 +85,33 @@ static struct vec3 point_on_face(const struct shell *shell, int32_t face, const 
     return jet.r;
 }
 
-/* Adds a point to the last piece, in place of its last one where that is next to the one before. */
-static void add_cut_point(struct cut_pieces *p, const double uv[2]) {
-    struct shell_slit_piece *piece = &p->piece[p->count - 1];
-    bool replaces = piece->count >= 2 && vec3_distance(p->r[0], p->r[1]) < p->least;
-    piece->count -= replaces;
-    p->used -= replaces;
-    p->r[0] = replaces ? p->r[0] : p->r[1];
-    p->r[1] = point_on_face(p->shell, piece->face, uv);
-    if (piece->count > 0 && vec3_distance(p->r[0], p->r[1]) == 0)
-        return;
-    memcpy(piece->uv[piece->count++], uv, sizeof *piece->uv);
-    p->used++;
+/* The length of the last edge of the last piece. */
+static double last_edge(const struct cut_pieces *p) {
+    return vec3_distance(p->place[p->used - 1].r, p->place[p->used - 2].r);
 }
 
-/* Ends the last piece: one of one point, where the line touches a face, is left out, and so is a
- * point next to its end. */
+/* Adds a place to the last piece, instead of its last one where that is next to the one before. */
+static void add_cut_place(struct cut_pieces *p, const struct cut_place *place) {
+    struct shell_slit_piece *piece = &p->piece[p->count - 1];
+    bool replaces = piece->count >= 2 && last_edge(p) < p->least;
+    piece->count -= replaces;
+    p->used -= replaces;
+    struct cut_place *added = &p->place[p->used];
+    *added = *place;
+    added->r = point_on_face(p->shell, piece->face, place->uv);
+    bool moves = piece->count == 0 || vec3_distance(added[-1].r, added->r) > 0;
+    piece->count += moves;
+    p->used += moves;
+}
+
+/* Ends the last piece: one of one place, where the line touches a face, is left out, and so is a
+ * place next to its end. */
 static void end_piece(struct cut_pieces *p) {
     struct shell_slit_piece *last = &p->piece[p->count - 1];
-    if (last->count >= 3 && vec3_distance(p->r[0], p->r[1]) < p->least) {
+    if (last->count >= 3 && last_edge(p) < p->least) {
         last->count--;
         p->used--;
-        memcpy(last->uv[last->count - 1], last->uv[last->count], sizeof *last->uv);
+        p->place[p->used - 1] = p->place[p->used];
     }
     if (last->count >= 2 || last->begins)
         return;
@@ -89,38 +124,175 @@ static void end_piece(struct cut_pieces *p) {
  * place, as near to the slit's end as whole turns can be. */
 static void add_slit(struct cut_pieces *p, const struct mesh_slit *slit, bool begins) {
     int32_t face = p->mesh->faces[slit->half[0] / 3];
-    double from[2], to[2];
-    slit_parameters(p, slit->half[0], slit->share[0], from);
-    slit_parameters(p, slit->half[1], slit->share[1], to);
+    struct cut_place start = slit_place(p, slit, 0), to = slit_place(p, slit, 1);
+    const double from[2] = {start.uv[0], start.uv[1]};
     const struct shell_slit_piece *last = begins ? NULL : &p->piece[p->count - 1];
     bool goes_on = last && !last->ends && last->face == face;
     const struct surface *surface = shell_surface(p->shell, face);
     for (int k = 0; k < 2 && goes_on; k++) {
         const struct surface_axis *axis = &surface->axis[k];
         double length = surface_axis_upper(axis) - surface_axis_lower(axis);
-        goes_on = !(fabs(last->uv[last->count - 1][k] - from[k]) > length / 2);
+        goes_on = !(fabs(p->place[p->used - 1].uv[k] - from[k]) > length / 2);
     }
     if (goes_on) {
-        add_cut_point(p, to);
+        add_cut_place(p, &to);
         return;
     }
-    double start[2] = {from[0], from[1]};
     if (last) {
         end_piece(p);
-        last = &p->piece[p->count - 1];
-        struct vec3 end = point_on_face(p->shell, last->face, last->uv[last->count - 1]);
-        (void)surface_nearest_from(surface, end, start);
+        (void)surface_nearest_from(surface, p->place[p->used - 1].r, start.uv);
     }
     for (int k = 0; k < 2 && last; k++) {
         const struct surface_axis *axis = &surface->axis[k];
         double length = surface_axis_upper(axis) - surface_axis_lower(axis);
         if (axis->closed)
-            start[k] -= length * round((start[k] - from[k]) / length);
+            start.uv[k] -= length * round((start.uv[k] - from[k]) / length);
     }
-    p->piece[p->count++] =
-        (struct shell_slit_piece){.face = face, .uv = p->uv + p->used, .begins = begins};
-    add_cut_point(p, start);
-    add_cut_point(p, to);
+    p->piece[p->count++] = (struct shell_slit_piece){.face = face, .begins = begins};
+    add_cut_place(p, &start);
+    add_cut_place(p, &to);
+}
+
+/* ---- exactly ---- */
+
+/* How far a place is from the plane of the mirror through the start. */
+static double off_mirror(const struct cut_pieces *p, struct vec3 r) {
+    return vec3_dot(vec3_sub(r, p->start->jet.r), p->mirror);
+}
+
+/* The middle of a triangle's parameters, on the surface. */
+static struct vec3 middle_of_triangle(const struct cut_pieces *p, size_t triangle) {
+    const struct mesh *mesh = p->mesh;
+    double uv[2] = {0, 0}, inner[2];
+    for (int n = 0; n < 3; n++) {
+        surface_inner(shell_surface(p->shell, mesh->faces[triangle]),
+                      mesh->parameters[mesh->corners[triangle][n]], inner);
+        for (int k = 0; k < 2; k++)
+            uv[k] += inner[k] / 3;
+    }
+    return point_on_face(p->shell, mesh->faces[triangle], uv);
+}
+
+/* Whether the shell is its own mirror image about the plane, by samples, and the cut in it. */
+static bool is_mirror(const struct cut_pieces *p) {
+    const struct surface_point *start = p->start;
+    struct surface_cursor cursor = {0};
+    size_t count = p->mesh->triangle_count, step = 1 + count / MIRROR_SAMPLES;
+    for (size_t k = 0; k < p->used; k++)
+        if (fabs(off_mirror(p, p->place[k].r)) > mesh_error * p->size)
+            return false;
+    for (size_t t = 0; t < count; t += step) {
+        struct vec3 r = middle_of_triangle(p, t);
+        struct surface_point image;
+        double distance;
+        r = vec3_axpy(-2 * off_mirror(p, r), p->mirror, r);
+        if (!surface_point_nearest(start->surface, &cursor, r, &image, &distance) ||
+            !(distance <= shell_joint_width(p->shell)))
+            return false;
+    }
+    return true;
+}
+
+/* Such a plane is normal to a direction of principal curvature at the start. */
+static void find_mirror(struct cut_pieces *p) {
+    const struct surface_point *start = p->start;
+    struct vec3 a = vec3_unit(start->jet.u), b = vec3_cross(start->normal, a);
+    double along = surface_point_normal_curvature(start, a);
+    double across = surface_point_normal_curvature(start, b);
+    double twist = surface_point_normal_curvature(start, vec3_add(a, b)) - (along + across) / 2;
+    double half = (along - across) / 2, spread = sqrt(half * half + twist * twist);
+    /* (cosine, sine) is the eigenvector of the larger one, the larger of the two by a root */
+    double larger = sqrt((1 + fabs(half) / spread) / 2), smaller = twist / (2 * spread * larger);
+    double cosine = half < 0 ? smaller : larger, sine = half < 0 ? larger : smaller;
+    for (int k = 0; k < 2 && spread > 0; k++) {
+        p->mirror = k ? vec3_axpy(cosine, b, vec3_scale(-sine, a))
+                      : vec3_axpy(cosine, a, vec3_scale(sine, b));
+        if (is_mirror(p))
+            return;
+    }
+    p->mirror = vec3_make(0, 0, 0);
+}
+
+/* Where the line on the surface, or an edge unless that is zero, that leads to the plane of the
+ * mirror meets it. */
+static bool find_place_in_mirror(struct cut_pieces *p, const struct surface *surface,
+                                 struct vec3 edge, double uv[2]) {
+    struct surface_cursor cursor = {0};
+    struct surface_point point;
+    for (int round = 0; round < ROUNDS; round++) {
+        if (!surface_point_at(surface, &cursor, uv, &point))
+            return false;
+        struct vec3 line = vec3_norm2(edge) > 0 ? edge : p->mirror;
+        line = vec3_axpy(-vec3_dot(line, point.normal), point.normal, line);
+        double by = -off_mirror(p, point.jet.r) / vec3_dot(line, p->mirror);
+        if (!surface_point_pull_on_face(&cursor, &point, vec3_scale(by, line), uv))
+            return false;
+    }
+    return true;
+}
+
+/* Moves a place of the mesh's cut to where it is opposite the start exactly, along its edge unless
+ * `freely`; false, and it stays where it is, when that cannot be found. */
+static bool find_exact_place(struct cut_pieces *p, int32_t face, bool freely,
+                             struct cut_place *place) {
+    const struct surface *surface = shell_surface(p->shell, face);
+    struct cut_place exact = *place;
+    struct vec3 edge = freely ? vec3_make(0, 0, 0) : place->edge;
+    bool found = vec3_norm2(p->mirror) > 0 && find_place_in_mirror(p, surface, edge, exact.uv);
+    exact.r = point_on_face(p->shell, face, exact.uv);
+    place->r = point_on_face(p->shell, face, place->uv);
+    found = found && vec3_distance(exact.r, place->r) < mesh_error * p->size;
+    *place = found ? exact : *place;
+    return found;
+}
+
+static void add_piece_point(struct shell_slit_piece *piece, const struct cut_place *place) {
+    memcpy(piece->uv[piece->count], place->uv, sizeof *piece->uv);
+    piece->r[piece->count++] = place->r;
+}
+
+/* Adds the places between two, and the second. */
+static void add_between(struct cut_pieces *p, struct shell_slit_piece *piece,
+                        const struct cut_place *from, const struct cut_place *to, int halvings) {
+    struct cut_place middle;
+    for (int k = 0; k < 2; k++)
+        middle.uv[k] = (from->uv[k] + to->uv[k]) / 2;
+    struct vec3 chord = vec3_unit(vec3_sub(to->r, from->r));
+    if (halvings > 0 && find_exact_place(p, piece->face, true, &middle) &&
+        vec3_norm(vec3_cross(vec3_sub(middle.r, from->r), chord)) > p->bend) {
+        add_between(p, piece, from, &middle, halvings - 1);
+        add_between(p, piece, &middle, to, halvings - 1);
+    } else
+        add_piece_point(piece, to);
+}
+
+/* The pieces' points: the places of the mesh's cut, exactly, and between them as many as keep it
+ * near its chords. */
+static bool find_exact_pieces(struct cut_pieces *p, struct arena *arena) {
+    struct cut_place *place = p->place;
+    double(*uv)[2] = arena_alloc(arena, PER_EDGE * p->used, sizeof *uv);
+    struct vec3 *r = arena_alloc(arena, PER_EDGE * p->used, sizeof *r);
+    if (!uv || !r)
+        return false;
+    for (size_t n = 0; n < p->count; n++) {
+        struct shell_slit_piece *piece = &p->piece[n];
+        size_t count = piece->count;
+        bool exact = true;
+        piece->count = 0;
+        piece->uv = uv;
+        piece->r = r;
+        for (size_t k = 0; k < count; k++, place++) {
+            bool inner = k > 0 && k + 1 < count, before = exact;
+            exact = find_exact_place(p, piece->face, inner, place);
+            if (k == 0)
+                add_piece_point(piece, place);
+            else
+                add_between(p, piece, place - 1, place, before && exact ? HALVINGS : 0);
+        }
+        uv += piece->count;
+        r += piece->count;
+    }
+    return true;
 }
 
 static enum status open_tube(struct march *march) {
@@ -147,10 +319,13 @@ static enum status open_tube(struct march *march) {
     size_t slits = cuts.from[cuts.count];
     struct cut_pieces pieces = {.shell = shell,
                                 .mesh = mesh,
+                                .start = &march->start.point,
                                 .piece = arena_alloc(march->arena, slits, sizeof *pieces.piece),
-                                .uv = arena_alloc(march->arena, 2 * slits, sizeof *pieces.uv),
-                                .least = least_piece * size};
-    if (!pieces.piece || !pieces.uv)
+                                .place = arena_alloc(march->arena, 2 * slits, sizeof *pieces.place),
+                                .least = least_piece * size,
+                                .size = size,
+                                .bend = bend_most * fmin(d[0], d[1])};
+    if (!pieces.piece || !pieces.place)
         return STATUS_OUT_OF_MEMORY;
     for (size_t n = 0; n < cuts.count; n++) {
         for (size_t k = cuts.from[n]; k < cuts.from[n + 1]; k++)
@@ -158,6 +333,9 @@ static enum status open_tube(struct march *march) {
         end_piece(&pieces);
         pieces.piece[pieces.count - 1].ends = true;
     }
+    find_mirror(&pieces);
+    if (!find_exact_pieces(&pieces, march->arena))
+        return STATUS_OUT_OF_MEMORY;
     const struct shell_slit_lines lines = {.pieces = pieces.piece,
                                            .count = pieces.count,
                                            .reach = longest_way * fmax(d[0], d[1]),

@@ -20,7 +20,7 @@ static const double ahead_cosine = 0.9;
 /* Ribbons that tell which way a line leaves the shell. */
 enum { RIBBONS_AT_END = 4 };
 
-/* A straight piece of a line, and the directions to its left at both ends. */
+/* A piece of a line, and the directions to its left at both ends, by which it bends. */
 struct ribbon {
     struct vec3 from, to;
     struct vec3 left[2];
@@ -86,13 +86,13 @@ enum status shell_slit_make(const struct shell *shell, const struct shell_slit_l
         struct surface_jet jet, next;
         surface_jet_at(surface, &cursor, piece->uv[0][0], piece->uv[0][1], &jet);
         if (slit->count > 0) /* over a hole, or the gap of a joint */
-            add_ribbon(slit, ribbons[slit->count - 1].to, jet.r,
+            add_ribbon(slit, ribbons[slit->count - 1].to, piece->r[0],
                        vec3_scale(surface->side, vec3_cross(jet.u, jet.v)));
         for (size_t k = 1; k < piece->count; k++, jet = next) {
             surface_jet_at(surface, &cursor, piece->uv[k][0], piece->uv[k][1], &next);
             struct vec3 normal = vec3_add(vec3_unit(vec3_cross(jet.u, jet.v)),
                                           vec3_unit(vec3_cross(next.u, next.v)));
-            add_ribbon(slit, jet.r, next.r, vec3_scale(surface->side, normal));
+            add_ribbon(slit, piece->r[k - 1], piece->r[k], vec3_scale(surface->side, normal));
         }
     }
     if (slit->count > 0) {
@@ -103,9 +103,12 @@ enum status shell_slit_make(const struct shell *shell, const struct shell_slit_l
         memmove(ribbons + 1, ribbons, (slit->count - 1) * sizeof *ribbons);
         ribbons[0] = first;
     }
-    for (size_t k = 1; k < slit->count; k++) /* where two meet left is the mean of theirs */
-        ribbons[k - 1].left[1] = ribbons[k].left[0] =
-            vec3_unit(vec3_add(ribbons[k - 1].left[1], ribbons[k].left[0]));
+    for (size_t k = 1; k < slit->count; k++) { /* where two meet, as of a circle through both */
+        struct ribbon *last = &ribbons[k - 1], *next = &ribbons[k];
+        double a = vec3_distance(last->from, last->to), b = vec3_distance(next->from, next->to);
+        last->left[1] = next->left[0] =
+            vec3_unit(vec3_axpy(a, next->left[0], vec3_scale(b, last->left[1])));
+    }
     for (size_t k = 0; k < slit->count; k++)
         boxes[k] = box_round(ribbons[k].from, ribbons[k].to, 0);
     *made = slit;
@@ -135,10 +138,14 @@ static bool visit(void *context, int32_t number) {
     double distance2 = vec3_norm2(off);
     if (!(distance2 < s->distance2))
         return true;
+    /* by how much the cubic at right angles to `left` at both ends is left of its chord */
+    double bulge =
+        share * (1 - share) *
+        (share * vec3_dot(along, ribbon->left[1]) - (1 - share) * vec3_dot(along, ribbon->left[0]));
     struct vec3 turn = vec3_sub(ribbon->left[1], ribbon->left[0]);
     struct vec3 left = vec3_axpy(share, turn, ribbon->left[0]);
     s->distance2 = distance2;
-    s->left = vec3_dot(off, left);
+    s->left = vec3_dot(off, left) - bulge;
     s->normal = vec3_cross(along, left);
     return true;
 }

@@ -12,6 +12,7 @@
 struct shell_slit_piece {
     int32_t face;
     double (*uv)[2];   /* inner parameters, straight between them */
+    struct vec3 *r;    /* the same in space, as exactly as they are known */
     size_t count;      /* of points, at least 2 */
     bool begins, ends; /* the line begins or ends with it, at the boundary of the shell */
 };
