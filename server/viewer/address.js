@@ -2,8 +2,13 @@
 // The state of the page in its address, behind the '#', so that a link shows the same view.
 
 const KEYS = [
+  'link',
   'drape',
   'compare',
+  'pieces',
+  'stack',
+  'study',
+  'over',
   'example',
   'method',
   'spacing',
@@ -24,6 +29,10 @@ export function readAddress() {
   );
   return Object.fromEntries(known);
 }
+
+/** The page's address with a link's token before its state. */
+export const addressOf = (link) =>
+  `${location.href.split('#')[0]}#link=${link}&${location.hash.slice(1)}`;
 
 /** Replaces the address; empty values are left out. Another drape than the one before is a step
  *  that Back undoes. */

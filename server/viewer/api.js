@@ -30,8 +30,10 @@ export class Unreachable extends Error {
   }
 }
 
+/** `link`: of the link that the page was opened by, '' without; then nothing is changed. */
 export const token = {
-  get: () => sessionStorage.getItem(TOKEN) || '',
+  link: '',
+  get: () => token.link || sessionStorage.getItem(TOKEN) || '',
   set: (value) => (value ? sessionStorage.setItem(TOKEN, value) : sessionStorage.removeItem(TOKEN)),
 };
 
@@ -105,6 +107,12 @@ export async function drapeNow(body, seconds, names) {
 export async function submitStudy(body, signal) {
   return (await post('v1/studies', body, {}, signal)).json();
 }
+
+/** Makes a link of jobs, by their ids; `seconds`: for how long, 0 until it is taken back. */
+export const makeLink = (ids, seconds) =>
+  read(`v1/links?of=${ids}${seconds ? `&expires_in=${seconds}` : ''}`, 'json', { method: 'POST' });
+export const links = () => read('v1/links');
+export const dropLink = (id) => call(`v1/links/${id}`, { method: 'DELETE' });
 
 /** Submits a laminate (JSON text); its status document. */
 export async function submitLaminate(body) {

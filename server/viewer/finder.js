@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // "Find the best start": a study of the request, its map over the part, its plots, and each of its
 // variants as a drape at a click.
-import { cancel, explain } from './api.js';
+import { cancel, explain, read } from './api.js';
 import { drawScale } from './charts.js';
 import { element } from './dom.js';
 import { format, rangeOf, withUnit } from './fields.js';
@@ -19,14 +19,16 @@ import {
 } from './study.js';
 import { readTiles } from './work.js';
 
+const ASKED = ['find-starts', 'find-step', 'find-wanted'];
 const LISTED = 5; // of the best starts
 const COMPLETE = 0.999; // the share of the part that is covered in one piece, as of an outcome
 const NOTHING = 1e30; // the value of a start that keeps no limit; grey
 
 export class Finder {
-  /** `onDrape(place)` with {uv, point, angle} to drape; `onError`; `current()`: the summary shown. */
-  constructor(view, form, { onDrape, onError, current }) {
-    Object.assign(this, { view, form, onDrape, onError, current });
+  /** `onDrape(place)` with {uv, point, angle} to drape; `onEnd()` when there is another result, whose
+   *  study has the id `done`; `current()`: the summary shown. */
+  constructor(view, form, { onDrape, onEnd, onError, current }) {
+    Object.assign(this, { view, form, onDrape, onEnd, onError, current });
     this.result = null;
     for (const id of ['find-objective', 'find-against'])
       element(id).replaceChildren(...OBJECTIVES.map(({ key, label }) => new Option(label, key)));
@@ -62,9 +64,34 @@ export class Finder {
   clear() {
     if (this.on) this.show(false);
     this.#stop();
-    this.result = this.tiles = null;
+    this.result = this.tiles = this.done = null;
     element('found').hidden = true;
     element('find-state').textContent = '';
+  }
+
+  /** What is asked and what was found, to be opened elsewhere by `load`. */
+  get state() {
+    const asked = Object.fromEntries(ASKED.map((id) => [id, element(id).value]));
+    asked['find-optimise'] = element('find-optimise').checked;
+    return { asked, result: this.result ?? undefined, ms: this.ms };
+  }
+
+  async load({ asked = {}, result, ms }) {
+    for (const id of ASKED) if (id in asked) element(id).value = asked[id];
+    element('find-optimise').checked = Boolean(asked['find-optimise']);
+    this.#showCount();
+    if (result) await this.#take(result, this.form.shape, ms);
+  }
+
+  /** Shows what a study has found that is there. */
+  async open(id) {
+    const path = `v1/studies/${id}`;
+    const [{ started, finished }, result] = await Promise.all([
+      read(path),
+      read(`${path}/result?format=json`),
+    ]);
+    this.done = id;
+    await this.#take(result, this.form.shape, new Date(finished) - new Date(started));
   }
 
   /* ---- running ---- */
@@ -85,6 +112,7 @@ export class Finder {
       const body = requestOf(this.form.body(), this.#settings);
       const { shape } = this.form;
       const result = await runStudy(body, (status) => this.#progress(status), controller.signal);
+      this.done = result ? this.id : null;
       if (result) await this.#take(result, shape, performance.now() - begun);
     } catch (error) {
       if (error.name !== 'AbortError') this.#fail(error);
@@ -111,7 +139,7 @@ export class Finder {
   }
 
   async #take(result, shape, ms) {
-    this.result = result;
+    Object.assign(this, { result, ms });
     this.starts = startsOf(result.variants);
     this.shape = shape;
     this.chosen = -1;
@@ -127,6 +155,7 @@ export class Finder {
     this.#fitSliders();
     this.refresh();
     if (this.tiles) this.show(true);
+    this.onEnd();
   }
 
   /** The sliders begin where nothing is left out. */

@@ -96,7 +96,8 @@ function withoutDefaults(settings) {
   const kept = { ...settings, fabric: { ...settings.fabric } };
   for (const [key, value] of Object.entries(DEFAULTS)) if (kept[key] === value) delete kept[key];
   const { warp = 'geodesic', weft = 'geodesic' } = kept.generators || {};
-  if (warp === 'geodesic' && weft === 'geodesic') delete kept.generators;
+  const named = typeof kept.generators === 'string'; // which the service refuses
+  if (!named && warp === 'geodesic' && weft === 'geodesic') delete kept.generators;
   if (kept.fabric.kinematics === 'pin_jointed' && !kept.fabric.material)
     delete kept.fabric.kinematics;
   if (kept.fabric.pre_shear_deg === 0) delete kept.fabric.pre_shear_deg;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The earlier drapes of the service: to open again, to compare with, to delete.
-import { list, remove } from './api.js';
+import { list, remove, token } from './api.js';
 
 const SHOWN = 30;
 
@@ -72,6 +72,7 @@ export class Drapes {
   /** Asks the service again; marks the drape that is shown. */
   async refresh(current = this.current) {
     this.current = current;
+    if (token.link) return;
     try {
       const { drapes } = await list(SHOWN);
       const names = readNames();

@@ -46,7 +46,16 @@ import { Steering } from './steering.js';
 import { Stack } from './stack.js';
 import { startTheme } from './theme.js';
 import { Chooser } from './chooser.js';
-import { chosenOf, formatOf, shapeOf, storeDefinition, storePart, surfaceOf } from './part.js';
+import {
+  chosenOf,
+  formatOf,
+  lookAtPart,
+  shapeOf,
+  storeDefinition,
+  storePart,
+  surfaceOf,
+} from './part.js';
+import { Share, showReadOnly } from './share.js';
 import { askToken, startToken } from './token.js';
 import { View } from './view.js';
 import { readRequest } from './work.js';
@@ -81,21 +90,24 @@ const page = {
   part: 'saddle', // what the surface is called
   opened: 0, // how many times something was opened: an example, a file, a drape
   limitsOf: {}, // of the colours, by field: [from, to] as far as given
+  restoring: true, // of the address, which is not to be written meanwhile
 };
+
+api.token.link = readAddress().link ?? ''; // before anything is asked
 
 /* ---- errors ---- */
 
 function report(error) {
   if (error.name === 'AbortError') return;
-  if (error instanceof api.Problem && error.status === 401) askToken(Boolean(api.token.get()));
+  if (error.status === 401 && !api.token.link) askToken(Boolean(api.token.get()));
   if (error instanceof api.Problem) form.showErrors(error);
   else form.showErrors({ message: error.message });
 }
 
 function reportQuietly(error) {
-  element('message').textContent =
-    error.status === 401 ? 'This service asks for a token.' : error.message;
-  if (error.status === 401) askToken(Boolean(api.token.get()));
+  const asks = error.status === 401 && !api.token.link;
+  element('message').textContent = asks ? 'This service asks for a token.' : error.message;
+  if (asks) askToken(Boolean(api.token.get()));
 }
 
 /* ---- the request ---- */
@@ -123,6 +135,7 @@ async function takeRequest(request) {
   page.note = '';
   page.restore = null; // stores the file of the part in another unit
   chooser.open(null);
+  if (request.surfaceText !== form.surfaceText) stack.forget();
   form.load(request);
   history.clear();
   cuts.load();
@@ -143,9 +156,12 @@ async function takeRequest(request) {
   hint(request.shape ? ready : request.faces ? 'Fetching the faces …' : unknown, true);
   refreshCurl();
   if (!request.faces) return;
-  const part = await storeDefinition(request.definition);
+  const { id } = request.selection;
+  if (api.token.link && !id) return; // the net alone: to show the faces they had to be stored
+  const part = await (api.token.link ? lookAtPart(id) : storeDefinition(request.definition));
   const chosen = chosenOf(part, request.selection);
-  if (await showChosen(part, chosen, request.surfaceText)) showPart(part, chosen);
+  const shown = await showChosen(part, chosen, request.surfaceText);
+  if (shown && !api.token.link) showPart(part, chosen);
 }
 
 /** Shows a part's faces to choose from; those that are chosen lie under the net. */
@@ -259,6 +275,7 @@ function assumeUnit({ settings, shape }) {
 
 /** The service's limits, asked once; a file that is too large is not even read. */
 async function takeFile(file) {
+  if (api.token.link) return;
   const isLast = open();
   form.clearErrors();
   page.limits ||= await api.read('v1/limits');
@@ -278,7 +295,7 @@ async function takeFile(file) {
     said();
     if (!taken) return;
     page.example = '';
-    page.part = file.name.replace(/\.\w+$/i, '');
+    page.part = file.name.replace(/(\.draped)?\.\w+$/i, '');
     element('example').value = '';
     refreshAbout();
     save();
@@ -299,9 +316,73 @@ const refusalOf = ({ name }) =>
 async function takeJson(file, isLast) {
   const request = await readRequest(await file.text());
   if (!isLast()) return false;
+  if (request.work) return takeWork(request, isLast);
   const assumed = assumeUnit(request);
   await takeRequest(request);
   if (isLast()) page.note = `${file.name}: ${assumed}`;
+  return isLast();
+}
+
+/* ---- the whole work ---- */
+
+/** What is shown, to be shown again: here by its ids, elsewhere by what they are of. */
+function viewState() {
+  const shown = Object.entries(view.shown)
+    .filter(([, on]) => on)
+    .map(([name]) => name);
+  return {
+    field: page.field.key,
+    limits: page.limitsOf[page.field.key]?.map((value) => value ?? '').join(','),
+    view: page.layout,
+    show: shown.join(',') || 'none',
+    cell: page.pinned?.join(','),
+    eye: view.eye,
+    over: pieces.shown ? 'pieces' : finder.on ? 'study' : '',
+  };
+}
+
+/** Which of what lies over the net is shown. */
+function showOver(name) {
+  pieces.show(name === 'pieces');
+  finder.show(name === 'study');
+}
+
+/** Writes all of it into one file; a surface that is stored goes along, for others lack it. */
+async function saveWork() {
+  const { id } = JSON.parse(form.surfaceText);
+  const rest = {
+    surface: id && (await api.read(`v1/surfaces/${id}`)),
+    draped: { one: Boolean(page.one), pieces: Boolean(pieces.id), stack: Boolean(stack.id) },
+    pieces: pieces.division,
+    stack: stack.members,
+    study: finder.state,
+    view: viewState(),
+  };
+  const head = '{"format":"draped-work","version":1,"request":';
+  const text = `${head}${form.body()},${JSON.stringify(rest).slice(1)}`;
+  const name = `${fileName(page.part || 'part')}.draped.json`;
+  saveAs(new Blob([text], { type: 'application/json' }), name);
+}
+
+/** Opens such a file, and drapes what was draped. */
+async function takeWork({ stored, work, ...request }, isLast) {
+  if (work.version !== 1)
+    throw new Error(
+      'another version of this page has saved it: open it with that, or a newer one.',
+    );
+  if (stored) await api.storeSurface(stored, 'application/json');
+  await takeRequest(request);
+  if (!isLast()) return false;
+  pieces.load(work.pieces);
+  splits.load();
+  stack.load(work.stack);
+  restoreChoices(work.view);
+  await finder.load(work.study);
+  if (work.draped.one) await runner.run();
+  if (work.draped.pieces) await pieces.run();
+  if (work.draped.stack) await stack.run(false);
+  showOver(work.view.over);
+  restoreCell(work.view);
   return isLast();
 }
 
@@ -533,6 +614,7 @@ async function lookAt(id, { angle, own }) {
 
 /** Drapes a variant of a study; the drape that is shown can be compared with it. */
 function drapeVariant({ start, angle }) {
+  if (api.token.link) return;
   page.before = page.one?.id || page.before;
   element('find-compare').hidden = !page.before;
   form.setStart(start, 9);
@@ -571,20 +653,17 @@ function endComparison() {
 /* ---- the address ---- */
 
 function save() {
-  const shown = Object.entries(view.shown)
-    .filter(([, on]) => on)
-    .map(([name]) => name);
+  if (page.restoring) return;
   writeAddress({
+    link: api.token.link,
     drape: page.one?.id,
     compare: comparison.other?.id,
+    pieces: pieces.id,
+    stack: stack.id,
+    study: finder.done,
     example: page.example,
     ...form.main,
-    field: page.field.key,
-    limits: page.limitsOf[page.field.key]?.map((value) => value ?? '').join(','),
-    view: page.layout,
-    show: shown.join(',') || 'none',
-    cell: page.pinned?.join(','),
-    eye: view.eye,
+    ...viewState(),
   });
 }
 
@@ -627,27 +706,63 @@ function restoreCell(state) {
   save();
 }
 
+/** The first drape of a laminate that there is. */
+async function drapeIn(id) {
+  const { plies } = await api.read(`v1/laminates/${id}`);
+  const drapes = plies.flatMap(({ pieces: own, ...ply }) => own ?? [ply]);
+  return drapes.find(({ status }) => status === 'succeeded')?.id;
+}
+
+/** Opens what an address has the ids of. False where it has none. */
+async function openAll(state) {
+  const of = (key) => (/^\w+$/.test(state[key]) ? state[key] : '');
+  const laminates = ['pieces', 'stack'].map(of);
+  const [first] = laminates.filter(Boolean);
+  const drape = of('drape') || (first && (await drapeIn(first)));
+  if (!drape) return false;
+  page.example = EXAMPLES.some(([name]) => name === state.example) ? state.example : '';
+  element('example').value = page.example;
+  await openDrape(drape);
+  if (of('compare')) await compareWith(of('compare'));
+  if (of('study')) await finder.open(of('study'));
+  const requests = await Promise.all(
+    laminates.map((id) => id && api.read(`v1/laminates/${id}/request`)),
+  );
+  if (laminates[0]) await pieces.open(laminates[0], requests[0]);
+  splits.load();
+  if (laminates[1]) await stack.open(laminates[1], requests[1]);
+  showOver(state.over);
+  return true;
+}
+
+/** Shows what the address says, as far as it is there. */
 async function restore() {
   const state = readAddress();
+  api.token.link = state.link ?? '';
+  showReadOnly();
+  page.restoring = true;
+  const shown = await restoreState(state);
+  page.restoring = false;
+  if (shown) restoreCell(state);
+}
+
+async function restoreState(state) {
   restoreChoices(state);
   try {
-    if (state.drape && /^\w+$/.test(state.drape)) {
-      page.example = EXAMPLES.some(([name]) => name === state.example) ? state.example : '';
-      element('example').value = page.example;
-      await openDrape(state.drape);
-      if (state.compare && /^\w+$/.test(state.compare)) await compareWith(state.compare);
-      restoreCell(state);
-      return;
-    }
+    if (await openAll(state)) return true;
   } catch (error) {
-    if (!(error instanceof api.Problem) || ![404, 410].includes(error.status)) return report(error);
+    const gone = error instanceof api.Problem && [404, 410].includes(error.status);
+    if (!gone || api.token.link) {
+      report(error);
+      return false;
+    }
     await restoreExample(state);
     element('fault-general').textContent =
       `The drape of this link is gone: ${error.message}. ${RETRY}`;
-    return;
+    return false;
   }
   await restoreExample(state);
-  restoreCell(state);
+  return true;
 }
 
 async function restoreExample(state) {
@@ -670,6 +785,7 @@ const view = new View({
     pin(placeOf(drape.lattice, hit.cell), hit.slot === 'two' ? undefined : hit.node);
   },
   onStart: (place, settled) => {
+    if (api.token.link) return;
     if (place) form.setStart(place);
     if (settled) {
       setPlacing(false);
@@ -722,6 +838,7 @@ const rosette = new Rosette(view, form, {
 const chooser = new Chooser(view, { onChange: chooseFaces });
 const finder = new Finder(view, form, {
   onDrape: drapeVariant,
+  onEnd: save,
   onError: reportQuietly,
   current: () => page.one?.summary,
 });
@@ -734,7 +851,11 @@ const steering = new Steering(view, form, history, {
 const pieces = new Pieces(view, form, {
   tracer,
   onLook: (id) => lookAt(id, { angle: null }).catch(report),
-  onShow: refreshColours,
+  onShow: () => {
+    refreshColours();
+    save();
+  },
+  onEnd: save,
   onDraw: (take, kind) => {
     chooser.show(false);
     outline.begin(take, kind);
@@ -747,8 +868,19 @@ const stack = new Stack(form, {
     chooser.show(false);
     outline.begin(take);
   },
-  onStack: (id) => mapped.setStack(id),
+  onStack: (id) => {
+    mapped.setStack(id);
+    save();
+  },
   onError: reportQuietly,
+});
+new Share({
+  idsOf: () =>
+    [page.one, comparison.other, pieces, stack]
+      .map((one) => one?.id)
+      .concat(finder.done)
+      .filter(Boolean),
+  save: saveWork,
 });
 
 function pickMeasured(node) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The materials that the service has, as a list. What the chosen one says stands in the empty
 // fields of the form: it holds where the form says nothing itself.
-import { read } from './api.js';
+import { read, token } from './api.js';
 import { element } from './dom.js';
 
 const METRES = { m: 1, cm: 0.01, mm: 1e-3, um: 1e-6, in: 0.0254, ft: 0.3048 };
@@ -32,6 +32,7 @@ export class Materials {
   }
 
   async #fill() {
+    if (token.link) return;
     const heads = await fetchHeads();
     const there = new Set([...this.list.options].map((option) => option.value));
     for (const { name, about, own, example } of heads) {
@@ -59,7 +60,7 @@ export class Materials {
   async show() {
     const { name } = this;
     this.figures = {};
-    if (name) this.figures = await read(path(name)).catch(() => ({}));
+    if (name && !token.link) this.figures = await read(path(name)).catch(() => ({}));
     if (name === this.name) this.#describe();
   }
 

@@ -95,6 +95,13 @@ export async function storePart(file, format, unit) {
 export const storeDefinition = async (text) =>
   describe(await storeSurface(text, 'application/json'));
 
+/** A stored part as its preview shows it, by a link that says no more of it. */
+export async function lookAtPart(id) {
+  const body = await readFaces(await preview(id));
+  const faces = Array.from({ length: body.count }, (_, index) => ({ index }));
+  return { id, faces, joints: [], notes: [], body, mesh: false };
+}
+
 /** The faces that the surface of a request chooses. */
 export function chosenOf(part, { faces, grow_from: from, up_to_deg: upTo = 20 }) {
   if (faces) return new Set(faces);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A ply of several pieces: divided by splits, or laid in courses of a roll's width; each piece in a
 // colour of its own, with its row in a list, and what the service reports of the seams.
-import { explain, follow, Problem, read, submitLaminate } from './api.js';
+import { explain, follow, Problem, read, submitLaminate, token } from './api.js';
 import { clothsOf, keptOf, meshOf } from './cloths.js';
 import { css, shareOfPiece } from './colour.js';
 import { element } from './dom.js';
@@ -108,11 +108,33 @@ function plyOf(settings, { splits, seam, pieces, courses }) {
   return { ...shared, start, courses };
 }
 
+const textOfPoints = (points) => points.map((point) => point.join(' ')).join('; ');
+
+/** The seam of a ply into the form, as `seamOf` reads it there. */
+function showSeam({ gap, overlap, over } = {}) {
+  element('seam').value =
+    gap !== undefined ? 'gap' : overlap === undefined ? '' : over || 'overlap';
+  element('seam-width').value = [gap ?? overlap ?? ''].flat().join(', ');
+}
+
+/** And its courses. */
+function showCourses({ width = '', along = 'direction', first_offset, gap, overlap, order } = {}) {
+  const { edge, path } = along;
+  const offset = overlap === undefined ? gap : [overlap].flat().map((value) => -value);
+  element('course-width').value = [width].flat().join(', ');
+  element('course-along').value = edge ? 'edge' : path ? 'path' : along;
+  element('course-path').value = textOfPoints(edge ? [edge] : (path ?? []));
+  element('course-offset').value = [first_offset ?? ''].flat().join(', ');
+  element('course-gap').value = [offset ?? ''].flat().join(', ');
+  element('course-order').value = order ?? '';
+  element('courses').open = width !== '';
+}
+
 export class Pieces {
   /** `onLook(id)` to show a piece's drape, `onShow()` when the pieces are to be coloured, `onDraw(take,
-   *  kind)` to draw a line on the part; `tracer` finds its places. */
-  constructor(view, form, { tracer, onLook, onShow, onDraw, onError }) {
-    Object.assign(this, { view, form, tracer, onLook, onShow, onDraw, onError });
+   *  kind)` to draw a line on the part, `onEnd()` when pieces are draped; `tracer` finds its places. */
+  constructor(view, form, { tracer, onLook, onShow, onDraw, onEnd, onError }) {
+    Object.assign(this, { view, form, tracer, onLook, onShow, onDraw, onEnd, onError });
     this.clear();
     element('pieces-drape').addEventListener('click', () => this.run());
     element('pieces-show').addEventListener('click', () => this.show(!this.shown));
@@ -160,8 +182,9 @@ export class Pieces {
 
   /* ---- draping ---- */
 
-  #body() {
-    const division = {
+  /** How the ply is divided, as the request of a laminate has it. */
+  get division() {
+    return {
       splits: this.form.splits.length ? this.form.splits : undefined,
       seam: this.form.splits.length ? seamOf() : undefined,
       courses: coursesOf(),
@@ -173,11 +196,34 @@ export class Pieces {
           }))
         : undefined,
     };
+  }
+
+  /** Puts another division into the form. */
+  load({ splits = [], seam, pieces = [], courses } = {}) {
+    this.clear();
+    this.form.splits = splits;
+    this.count = splits.length;
+    this.own = pieces.map(({ direction, ...piece }) => ({ ...piece, angle: direction?.angle_deg }));
+    showSeam(seam);
+    showCourses(courses);
+    this.#showFields();
+  }
+
+  #body() {
+    const { division } = this;
     if (!division.splits && !division.courses) throw new Error(NONE);
     const { surfaceText, unit, rosette } = this.form;
     const plies = [plyOf(this.form.settings(), division)];
     const members = JSON.stringify({ length_unit: unit, rosette, plies });
     return `{"surface":${surfaceText},${members.slice(1)}`;
+  }
+
+  /** Shows the pieces of a laminate that is there, with its division in the form. */
+  async open(id, { plies: [ply] }) {
+    this.load(ply);
+    this.asked = id;
+    const { plies } = await read(`v1/laminates/${id}`);
+    await this.#take(id, id, plies[0].pieces);
   }
 
   /** The splits are others: the pieces are draped anew. With fewer of them what was said of pieces is
@@ -242,6 +288,7 @@ export class Pieces {
     const done = numbered.filter(({ status }) => status === 'succeeded');
     if (done.length) await this.#fetch(id, body, done);
     if (this.asked !== body) return;
+    this.onEnd();
     const failed = pieces.filter(({ status }) => status !== 'succeeded');
     element('pieces-state').textContent = `${done.length} of ${pieces.length} pieces are draped.`;
     element('fault-pieces').textContent = failed
@@ -349,6 +396,7 @@ export class Pieces {
     const field = (label, value, placeholder, take) => {
       const input = Object.assign(document.createElement('input'), { value, placeholder });
       input.setAttribute('aria-label', `${label} of ${piece.name}`);
+      input.disabled = Boolean(token.link);
       input.addEventListener('change', () => {
         if (!this.own.length)
           this.own = this.done.map(({ name }, n) => ({ name, at: this.#placeOf(n) }));

@@ -64,7 +64,7 @@ export class Runner {
 
   /** Submits the form and follows the drape to its end. */
   async run() {
-    if (this.busy || this.asked === this.form.body()) return;
+    if (this.busy || api.token.link || this.asked === this.form.body()) return;
     const controller = new AbortController();
     this.form.clearErrors();
     this.#setBusy(controller);
@@ -108,7 +108,7 @@ export class Runner {
    *  drapes on the way are deleted. */
   async live(settled) {
     this.wanted = { settled: settled || Boolean(this.wanted?.settled) };
-    if (!this.net || this.busy || this.living) return;
+    if (!this.net || this.busy || this.living || api.token.link) return;
     this.living = true;
     clearTimeout(this.rest);
     try {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A laminate: a table of plies, draped together, and looked through one after the other.
-import { address, explain, follow, read, submitLaminate } from './api.js';
+import { address, explain, follow, read, submitLaminate, token } from './api.js';
 import { element } from './dom.js';
 import { numberOf, numbersOf } from './form.js';
 import { fileName, saveAs } from './links.js';
@@ -33,22 +33,28 @@ export function restOf({ repeat, law, boundary }) {
   };
 }
 
+/** A ply of the table, of that of a request. */
+const rowOf = ({ name, direction, repeat = 1, compaction, boundary, ...ply }) => ({
+  name,
+  angle: direction?.angle_deg ?? null,
+  own: plyOf({ ...ply, direction }),
+  repeat: repeat === 1 ? '' : String(repeat),
+  law: compaction ? `${compaction.a} ${compaction.b}` : '',
+  boundary: boundary?.polygon ? textOf(boundary.polygon) : '',
+});
+
 /** A polygon as the field of a boundary has it. */
 const textOf = (points) =>
   points.map((point) => point.map((x) => Number(x.toPrecision(7))).join(' ')).join('; ');
 
-/** The request for a laminate; `surface` is JSON text. A ply is {name, angle, own, repeat, law,
- *  boundary}, the last three as text; `stack` has cavity, offset and side. */
-export function requestOf(surface, unit, plies, stack) {
-  const rows = plies.map(({ name, angle, own, ...rest }) => ({
-    ...own,
-    name,
-    ...(angle === null ? {} : { direction: { angle_deg: angle } }),
-    ...restOf(rest),
-  }));
-  const members = { length_unit: unit, ...stack, plies: rows };
-  return `{"surface":${surface},${JSON.stringify(members).slice(1)}`;
-}
+/** And that of a request, of one of the table: {name, angle, own, repeat, law, boundary}, the last
+ *  three as text. */
+export const plyOfRow = ({ name, angle, own, ...rest }) => ({
+  ...own,
+  name,
+  ...(angle === null ? {} : { direction: { angle_deg: angle } }),
+  ...restOf(rest),
+});
 
 export class Stack {
   /** `onLook(id, ply)` to show a ply's drape, `onStack(id)` with a laminate that is draped, null
@@ -56,15 +62,43 @@ export class Stack {
   constructor(form, { onLook, onStack, onDraw, onError }) {
     Object.assign(this, { form, onLook, onStack, onDraw, onError });
     this.plies = [];
+    this.id = '';
     element('ply-add').addEventListener('click', () =>
       this.#set([...this.plies, this.#fromForm()]),
     );
     element('ply-mirror').addEventListener('click', () => this.#set(mirrored(this.plies)));
-    element('stack-drape').addEventListener('click', () => this.#run());
+    element('stack-drape').addEventListener('click', () => this.run());
     for (const id of ['stack-cavity', 'stack-height', 'stack-nominal', 'stack-other'])
       element(id).addEventListener('change', () => this.#set(this.plies));
     element('stack-width').addEventListener('change', () => this.#offer());
     this.#set([]);
+  }
+
+  /** The stack as a request for a laminate has it, but for its surface. */
+  get members() {
+    const plies = this.plies.map(plyOfRow);
+    return { length_unit: this.form.unit, ...this.#whole(), plies };
+  }
+
+  /** Puts that of another request into the table. */
+  load({ plies = [], cavity = 'flexible', offset, side } = {}) {
+    const [[kind, value]] = typeof cavity === 'string' ? [[cavity, '']] : Object.entries(cavity);
+    element('stack-cavity').value = kind;
+    element('stack-height').value = value;
+    element('stack-nominal').checked = offset === 'nominal';
+    element('stack-other').checked = side === -1;
+    this.#set(plies.map(rowOf));
+  }
+
+  /** The same of a laminate that is there, with what became of its plies. */
+  async open(id, request) {
+    this.load(request);
+    this.#take(id, (await read(`v1/laminates/${id}`)).plies);
+  }
+
+  /** Another part: none of the plies is draped on it. */
+  forget() {
+    this.#set(this.plies);
   }
 
   #fromForm() {
@@ -101,7 +135,8 @@ export class Stack {
 
   #fill() {
     element('plies').replaceChildren(...this.plies.map((ply, k) => this.#row(ply, k)));
-    for (const id of ['ply-mirror', 'stack-drape']) element(id).disabled = !this.plies.length;
+    for (const id of ['ply-mirror', 'stack-drape'])
+      element(id).disabled = !this.plies.length || Boolean(token.link);
   }
 
   #row(ply, k) {
@@ -109,6 +144,7 @@ export class Stack {
     const field = (label, value, take) => {
       const input = Object.assign(document.createElement('input'), { value });
       input.setAttribute('aria-label', `${label} of ply ${k + 1}`);
+      input.disabled = Boolean(token.link);
       input.addEventListener('change', () => take(input.value));
       return input;
     };
@@ -211,6 +247,7 @@ export class Stack {
     });
     button.dataset.do = what;
     button.setAttribute('aria-label', `${what} ply ${k + 1}`);
+    button.hidden = Boolean(token.link) && what !== 'look';
     button.addEventListener('click', () => {
       act();
       const row = Math.min(Math.max(to, 0), this.plies.length - 1);
@@ -243,22 +280,28 @@ export class Stack {
       });
   }
 
-  async #run() {
+  /** Drapes it, and looks at its first ply, if it is to. */
+  async run(looks = true) {
     if (this.running) return;
     this.running = true;
     element('fault-stack').textContent = '';
     const { plies } = this;
     try {
       this.form.check();
-      const body = requestOf(this.form.surfaceText, this.form.unit, plies, this.#whole());
+      const members = JSON.stringify(this.members);
+      const body = `{"surface":${this.form.surfaceText},${members.slice(1)}`;
       const { id } = await submitLaminate(body);
       const say = (status) =>
         status &&
         (element('stack-state').textContent =
           `${status.status}, ${Math.round(100 * status.progress)} %`);
       const last = await follow(id, say, undefined, 'laminates');
-      if (this.plies === plies)
-        this.#take(id, last.plies || (await read(`v1/laminates/${id}`)).plies);
+      const outcomes = last.plies || (await read(`v1/laminates/${id}`)).plies;
+      if (this.plies === plies) {
+        this.#take(id, outcomes);
+        const first = this.plies.find((ply) => ply.id);
+        if (first && looks) this.onLook(first.id, first);
+      }
     } catch (error) {
       element('fault-stack').textContent = explain(error);
       if (error.status === 401) this.onError(error);
@@ -280,7 +323,5 @@ export class Stack {
     this.#fill();
     if (done) this.#offer();
     this.onStack(done ? id : null);
-    const first = this.plies.find((ply) => ply.id);
-    if (first) this.onLook(first.id, first);
   }
 }

@@ -6,6 +6,8 @@ import { makeDifference } from './difference.js';
 import { buffersOf as buffersOfBody, elementsOf, facesOf, shapeOf, tilesOf } from './facets.js';
 import { isSurface, makeShape, unwrap } from './shape.js';
 
+const WORK = 'draped-work';
+
 function parse(text) {
   try {
     return JSON.parse(text);
@@ -16,9 +18,17 @@ function parse(text) {
   }
 }
 
-/** A file's text into the request's settings and the surface, as text and as triangles. */
+/** A file's text into the request's settings and the surface, as text and as triangles; of a file of
+ *  the page's whole work also the rest of it, as `work`. */
 function readRequest({ text, surfaceText }) {
-  const document = unwrap(parse(text));
+  const document = parse(text);
+  if (document?.format !== WORK) return readDocument(unwrap(document), surfaceText);
+  const { request, ...work } = document;
+  const stored = work.surface && JSON.stringify(work.surface);
+  return { ...readDocument(request, stored), stored, work };
+}
+
+function readDocument(document, surfaceText) {
   const whole = Boolean(document && typeof document === 'object' && 'surface' in document);
   const { surface: inner, ...rest } = whole ? document : { surface: document };
   const surface = unwrap(surfaceText ? parse(surfaceText) : inner);
