@@ -2,7 +2,7 @@
 // Two drapes side by side, with a map of their difference.
 import { drawScale } from './charts.js';
 import { element } from './dom.js';
-import { fetchDrape, fetchRequest, labelOf, spacingOf } from './drape.js';
+import { fetchDrape, fetchRequest, toldOf } from './drape.js';
 import { fields, format, ofNodes, valuesOf, withUnit } from './fields.js';
 import { centresOf, NO_VALUE } from './lattice.js';
 import { readDifference } from './work.js';
@@ -20,8 +20,8 @@ export class Comparison {
   async start(id) {
     const [request, drape] = await Promise.all([fetchRequest(id), fetchDrape(id)]);
     const { settings } = request;
-    this.other = { ...drape, spacing: spacingOf(settings), label: labelOf(settings) };
-    this.view.setNet('two', drape.lattice, this.other.spacing);
+    this.other = { ...drape, ...toldOf(settings) };
+    this.view.setNet('two', this.other);
     element('caption-other').textContent = `The other: ${this.other.label}`;
     for (const id of ['compare-end', 'caption-flat']) element(id).hidden = false;
     this.view.arrange('compare');
@@ -46,8 +46,7 @@ export class Comparison {
     const { most, span } = extremes(values);
     const text = withUnit(format(most, 3), unit);
     element('caption-difference').textContent = `Difference, this − other; greatest ${text}`;
-    if (this.view.slots.difference?.lattice !== one.lattice)
-      this.view.setNet('difference', one.lattice, one.spacing);
+    if (this.view.slots.difference?.lattice !== one.lattice) this.view.setNet('difference', one);
     this.view.setField('difference', values, false, [-span, span], 'diverging');
     const label = `${field.label}, this − other`;
     drawScale(element('difference-scale'), { range: [-span, span], map: 'diverging', unit, label });

@@ -36,8 +36,19 @@ export function labelOf({ method, direction, fabric, length_unit: unit = 'm', st
   return parts.join(', ');
 }
 
-/** The spacing along warp and weft that a request asks for. */
-export function spacingOf(settings) {
-  const [warp, weft = warp] = [settings.fabric.spacing].flat();
+/** The spacing along warp and weft that a fabric asks for. */
+export function spacingOf({ spacing }) {
+  const [warp, weft = warp] = [spacing].flat();
   return [warp, weft];
 }
+
+/** How far weft slides along warp: 0 in a weave, 1 in parallel fibres. */
+export const slideOf = ({ kinematics } = {}) =>
+  kinematics === 'parallel_fibers' ? 1 : (kinematics?.slide ?? 0);
+
+/** What a drape is drawn by, of its request. */
+export const toldOf = (settings) => ({
+  spacing: spacingOf(settings.fabric),
+  slide: slideOf(settings.fabric),
+  label: labelOf(settings),
+});

@@ -2,6 +2,7 @@
 // The request as a form: from a document into the fields and back, and errors of the service at the
 // fields that their pointers name. What the form does not show is kept and sent along.
 import { element } from './dom.js';
+import { slideOf } from './drape.js';
 import { Materials } from './material.js';
 
 const DEFAULTS = { yarn_path: 'chord', cavity: 'flexible', permeability: null };
@@ -342,6 +343,12 @@ export class Form {
   get spacing() {
     const [warp, weft = warp] = [parse(element('spacing').value)].flat();
     return [warp, weft].every((value) => typeof value === 'number') ? [warp, weft] : [1, 1];
+  }
+
+  /** How far weft slides along warp; where the form says nothing, in the material. */
+  get slide() {
+    const { kinematics } = this.#fabric(1);
+    return slideOf(kinematics ? { kinematics } : this.materials.figures.fabric);
   }
 
   #fabric(coarser) {

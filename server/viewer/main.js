@@ -5,7 +5,7 @@ import { readAddress, writeAddress } from './address.js';
 import { Comparison } from './comparison.js';
 import { drawDiagonals, drawHistogram, drawScale } from './charts.js';
 import { element, say } from './dom.js';
-import { fetchDrape, fetchRequest, labelOf, spacingOf } from './drape.js';
+import { fetchDrape, fetchRequest, toldOf } from './drape.js';
 import {
   fieldOf,
   fields,
@@ -418,7 +418,7 @@ function showDrape(drape, passing = false) {
   const { length } = drape.lattice.columns['cells.i'];
   hint(length ? '' : NO_CELL, true);
   if (measure.nodes.length) measure.toggle(measure.on); // its nodes were the net's before
-  view.setNet('one', drape.lattice, drape.spacing);
+  view.setNet('one', drape);
   view.setHandle(nodeAt(drape.lattice.grid, 0, 0));
   steering.show(page.one);
   if (!passing) rosette.set(page.one);
@@ -603,10 +603,8 @@ function pinWorst() {
 async function lookAt(id, { angle, own }) {
   if (angle !== null) form.main = { angle: String(angle) };
   const settings = form.settings();
-  const { spacing } = (own ?? settings).fabric;
-  const drape = await fetchDrape(id);
-  const label = labelOf(settings);
-  showDrape({ ...drape, spacing: spacingOf({ fabric: { spacing } }), label, body: form.body() });
+  const told = toldOf({ ...settings, fabric: (own ?? settings).fabric });
+  showDrape({ ...(await fetchDrape(id)), ...told, body: form.body() });
   runner.follow(page.one);
 }
 
@@ -673,8 +671,7 @@ async function openDrape(id) {
   if (!isLast()) return;
   await takeRequest(request);
   hint('Fetching the net …', true);
-  const { settings } = request;
-  const told = { spacing: spacingOf(settings), label: labelOf(settings), body: form.body() };
+  const told = { ...toldOf(request.settings), body: form.body() };
   const drape = { ...(await fetchDrape(id)), ...told };
   if (!isLast()) return;
   showDrape(drape);

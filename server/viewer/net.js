@@ -7,13 +7,16 @@ import { textures } from './textures.js';
 import * as section from './section.js';
 
 const NOWHERE = 1e9;
+const LEAST_COSINE = 0.05; // of a shear that is drawn
 
 const vertexShader = /* glsl */ `
   in vec2 place;        // (i, j)
+  in float slip;        // warp steps by which the next fibre's weft goes on, as slipsOf
   in vec2 field;        // value; sides of the owned cell where locked meets unlocked, + 16 if locked
   uniform vec2 spacing;
   uniform float unrolled;
   out vec2 at;
+  out float slipped;
   flat out vec2 cell;
   flat out vec2 ofCell;
   out float ofNode;
@@ -26,6 +29,7 @@ const vertexShader = /* glsl */ `
     vec3 flatPlace = vec3(place * spacing, 0.0);
     vec4 view = modelViewMatrix * vec4(mix(position, flatPlace, unrolled), 1.0);
     at = place;
+    slipped = slip * (1.0 - unrolled);
     cell = place;
     ofCell = field;
     ofNode = field.x;
@@ -40,6 +44,7 @@ const fragmentShader = /* glsl */ `
   uniform float low, high, smoothly, yarns, outlines, unrolled, coarse;
   uniform vec2 hovered, pinned;
   in vec2 at;
+  in float slipped;
   flat in vec2 cell;
   flat in vec2 ofCell;
   in float ofNode;
@@ -67,11 +72,12 @@ const fragmentShader = /* glsl */ `
     tone *= mix(0.66 + 0.34 * facing, 1.0, unrolled);
 
     vec2 pixel = max(fwidth(at), vec2(1e-6));
-    vec2 toLine = abs(fract(at + 0.5) - 0.5) / pixel;
+    vec2 yarn = at + vec2(slipped * (at.y - floor(at.y + 0.5)), 0.0); // weft, broken between fibres
+    vec2 toLine = abs(fract(yarn + 0.5) - 0.5) / pixel;
     float room = 1.0 - smoothstep(0.12, 0.34, max(pixel.x, pixel.y));
     tone = mix(tone, vec3(0.04, 0.05, 0.08), 0.42 * yarns * room * stroke(min(toLine.x, toLine.y), 0.6));
     tone = mix(tone, vec3(1.0, 0.62, 0.2), yarns * stroke(abs(at.y) / pixel.y, 1.3));
-    tone = mix(tone, vec3(0.55, 0.85, 1.0), yarns * stroke(abs(at.x) / pixel.x, 1.3));
+    tone = mix(tone, vec3(0.55, 0.85, 1.0), yarns * stroke(abs(yarn.x) / pixel.x, 1.3));
 
     vec2 inner = at - cell;
     vec4 sides = vec4(inner.x, 1.0 - inner.x, inner.y, 1.0 - inner.y) / pixel.xxyy;
@@ -102,12 +108,27 @@ const pickShader = /* glsl */ `
     colour = vec4(id & 255, (id >> 8) & 255, (id >> 16) & 255, (id >> 24) & 255) / 255.0;
   }`;
 
-function makeGeometry(lattice) {
+/** How many warp steps a fibre has slid along the one before, at each node, where weft gives way by
+ *  `slide` (0: not at all, null): of its way along warp, p sin γ with p = (cos γ)^-slide, that share. */
+export function slipsOf({ columns, cellOfNode }, slide, [warp, weft]) {
+  if (!slide) return null;
+  const ofCells = columns['cells.shear_deg'];
+  const ofNodes =
+    columns['nodes.shear_deg'] ?? Float32Array.from(cellOfNode, (k) => ofCells[k] ?? 0);
+  return Float32Array.from(ofNodes, (degrees) => {
+    const shear = (degrees * Math.PI) / 180;
+    const length = Math.max(Math.cos(shear), LEAST_COSINE) ** -slide;
+    return (slide * length * Math.sin(shear) * weft) / warp;
+  });
+}
+
+function makeGeometry(lattice, slips) {
   const geometry = new THREE.BufferGeometry();
   geometry.setIndex(new THREE.BufferAttribute(lattice.index, 1));
   geometry.setAttribute('position', new THREE.BufferAttribute(lattice.position, 3));
   geometry.setAttribute('normal', new THREE.BufferAttribute(lattice.normal, 3));
   geometry.setAttribute('place', new THREE.BufferAttribute(lattice.places, 2));
+  if (slips) geometry.setAttribute('slip', new THREE.BufferAttribute(slips, 1));
   const field = new Float32Array(lattice.places.length);
   for (let node = 0; node < lattice.sides.length; node++) field[2 * node + 1] = lattice.sides[node];
   geometry.setAttribute('field', new THREE.BufferAttribute(field, 2));
@@ -136,11 +157,11 @@ export class Net {
     this.flat = this.#mesh(1);
   }
 
-  /** Shows this lattice from now on, with no cell marked. */
-  fill(lattice, spacing) {
+  /** Shows this lattice from now on, with no cell marked; `slide` of its weft along the fibres. */
+  fill(lattice, spacing, slide = 0) {
     this.empty();
     this.lattice = lattice;
-    this.geometry = makeGeometry(lattice);
+    this.geometry = makeGeometry(lattice, slipsOf(lattice, slide, spacing));
     this.fewer = lattice.coarse ? withIndex(this.geometry, lattice.coarse) : this.geometry;
     this.coarsen(false);
     this.uniforms.spacing.value.set(...spacing);

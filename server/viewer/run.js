@@ -84,7 +84,7 @@ export class Runner {
   async #runOnce(signal) {
     this.form.check();
     const { age } = this;
-    const { spacing, kind } = this.form;
+    const { spacing, kind, slide } = this.form;
     const label = labelOf(this.form.settings());
     const body = this.form.body();
     this.asked = body;
@@ -95,7 +95,7 @@ export class Runner {
     if (last.status === 'cancelled') return say('Cancelled.');
     say('Fetching the net …');
     const drape = await fetchDrape(id, last, signal);
-    return this.#show({ ...drape, spacing, label, body }, { age, kind });
+    return this.#show({ ...drape, spacing, slide, label, body }, { age, kind });
   }
 
   async cancel() {
@@ -131,7 +131,7 @@ export class Runner {
   async #liveOnce(final) {
     this.form.check();
     const { age } = this;
-    const { kind } = this.form;
+    const { kind, slide } = this.form;
     const label = labelOf(this.form.settings());
     const begun = performance.now();
     const coarser = final ? 1 : Math.max(1, Math.sqrt(this.#cells / LIVE_CELLS));
@@ -145,7 +145,8 @@ export class Runner {
     if (!final) this.passing.push(id);
     if (!columns) throw new api.Problem(0, { detail: TOO_LONG });
     const [lattice, state] = await Promise.all([readNet(columns), final && api.status(id)]);
-    const drape = { id: final ? id : null, lattice, summary: state?.summary, spacing, label, body };
+    const told = { spacing, slide, label, body };
+    const drape = { id: final ? id : null, lattice, summary: state?.summary, ...told };
     this.#show(drape, { age, kind, passing: !final });
     const cells = lattice.columns['cells.i'].length.toLocaleString('en');
     say(`${cells} cells in ${(performance.now() - begun).toFixed(0)} ms`);

@@ -213,13 +213,14 @@ export class View {
     this.stage.redraw();
   }
 
-  /** Puts a net into a slot: 'one', 'two' or 'difference'; a null lattice empties it. */
-  setNet(slot, lattice, spacing) {
+  /** Puts a net into a slot: 'one', 'two' or 'difference'; null empties it. */
+  setNet(slot, drape) {
     if (!this.stage) return;
     this.#empty(slot);
-    if (!lattice) return;
+    if (!drape) return;
+    const { lattice, spacing, slide } = drape;
     const net = (this.nets[slot] ||= new Net());
-    net.fill(lattice, spacing);
+    net.fill(lattice, spacing, slide);
     const pane = this.panes[{ one: 'solid', two: 'other', difference: 'difference' }[slot]];
     const entry = { net, lattice, spacing, pane, front: frontOf(lattice), marks: {} };
     this.slots[slot] = entry;
