@@ -72,6 +72,9 @@ const EXAMPLES = [
 ];
 const NO_CELL =
   'The net has no cell here: choose a smaller spacing, or another start, and press Drape.';
+const OLD_DRAPE = 'The request has changed: this is the previous drape. Press Drape.';
+const OLD_PIECES =
+  'The request has changed: these are the previous pieces. Press Drape the pieces.';
 const RETRY = 'Check the address, or drape again.';
 const MESHES = ['nastran', 'stl', 'obj']; // files that are mapped when they are dropped on a drape
 const CHOOSE =
@@ -227,9 +230,13 @@ function refreshAbout() {
 /** Marks what is shown as the answer to another request than the form's. */
 function refreshStale() {
   const { one } = page;
-  const stale = Boolean(one && !one.passing && !runner.living && one.body !== form.body());
+  const old = Boolean(one && !one.passing && !runner.living && one.body !== form.body());
+  const oldPieces = pieces.tellStale();
+  const stale = pieces.shown ? oldPieces : old;
   element('stale').hidden = !stale;
-  document.querySelector('main').classList.toggle('stale', stale);
+  element('stale').textContent = pieces.shown ? OLD_PIECES : OLD_DRAPE;
+  element('panes').classList.toggle('stale', stale);
+  element('results').classList.toggle('stale', old);
 }
 
 function clear() {
@@ -850,9 +857,13 @@ const pieces = new Pieces(view, form, {
   onLook: (id) => lookAt(id, { angle: null }).catch(report),
   onShow: () => {
     refreshColours();
+    refreshStale();
     save();
   },
-  onEnd: save,
+  onEnd: () => {
+    refreshStale();
+    save();
+  },
   onDraw: (take, kind) => {
     chooser.show(false);
     outline.begin(take, kind);

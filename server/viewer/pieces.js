@@ -148,7 +148,7 @@ export class Pieces {
   /** Another part is in the form. */
   clear() {
     this.show(false);
-    this.asked = this.id = this.cloths = null;
+    this.asked = this.id = this.cloths = this.draped = null;
     this.count = 0; // of splits
     this.own = []; // {at, name, angle} of pieces that differ from the ply
     for (const id of ['pieces-state', 'fault-pieces']) element(id).textContent = '';
@@ -224,6 +224,23 @@ export class Pieces {
     this.asked = id;
     const { plies } = await read(`v1/laminates/${id}`);
     await this.#take(id, id, plies[0].pieces);
+    this.draped = this.#now();
+  }
+
+  /** What the form says, as a laminate; null where that has no pieces. */
+  #now() {
+    try {
+      return this.#body();
+    } catch {
+      return null;
+    }
+  }
+
+  /** Whether the pieces that are there are of another request than the form's; marks them as that. */
+  tellStale() {
+    const stale = Boolean(this.cloths) && this.draped !== this.#now();
+    element('pieces-stale').hidden = !stale;
+    return stale;
   }
 
   /** The splits are others: the pieces are draped anew. With fewer of them what was said of pieces is
@@ -239,7 +256,7 @@ export class Pieces {
 
   #forget() {
     this.show(false);
-    this.id = this.asked = this.cloths = null;
+    this.id = this.asked = this.cloths = this.draped = null;
     element('pieces-state').textContent = '';
     element('pieces-result').hidden = true;
   }
@@ -314,6 +331,7 @@ export class Pieces {
     const [ply] = request.plies;
     this.strips = Boolean(ply.courses);
     Object.assign(this, { id, lattices, done });
+    this.draped = body;
     this.cloths = clothsOf(lattices, kept, this.form.shape ?? lattices[0], ply.seam?.over);
     this.#fill(report, ply);
     await this.#fillPattern(id);

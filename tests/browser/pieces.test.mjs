@@ -153,6 +153,29 @@ test('pieces: a knob of a split is moved, and undone; a click looks at a piece',
   assert.ok(await page.isVisible('#pieces-pattern'));
 });
 
+test('pieces: those of the request before its last changes are marked', async () => {
+  const isOld = () => page.isVisible('#pieces-stale');
+  assert.equal(await isOld(), false);
+  for (const [id, other] of [
+    ['#seam-width', '9'],
+    ['#spacing', '5'],
+  ]) {
+    const before = await page.inputValue(id);
+    await page.fill(id, other);
+    assert.ok(await isOld(), id);
+    assert.match(await page.textContent('#stale'), /the previous pieces/);
+    assert.ok(await page.isVisible('#stale'));
+    await page.fill(id, before);
+    assert.equal(await isOld(), false, id);
+  }
+  assert.ok(await page.isHidden('#stale'));
+  await page.fill('#seam-width', '9');
+  await drapes(() => page.click('#pieces-drape'));
+  assert.equal(await isOld(), false);
+  await page.fill('#seam-width', '8');
+  await drapes(() => page.click('#pieces-drape'));
+});
+
 test('pieces: each has a name and a direction of its own, and colours may be those of the shear', async () => {
   const fields = page.locator('#pieces-list li:nth-child(1) input');
   await drapes(async () => {
