@@ -53,7 +53,7 @@ API_ARCHIVES := $(B)/libdrapeapi.a $(B)/libdrape.a
 LIBS := $(B)/libdrapeserver.a $(API_ARCHIVES)
 # HDF5 from its archive: the shared library brings 30 others, HTTP clients among them.
 HDF5_LIBS := -l:libhdf5_serial.a -l:libsz.a -l:libaec.a
-API_LIBS := $(HDF5_LIBS) -lgeos_c -ljansson -lsodium -lz -lstdc++ -lpthread -lm
+API_LIBS := $(HDF5_LIBS) -lgeos_c -ljansson -lsodium -lexpat -lz -lstdc++ -lpthread -lm
 SERVER_LIBS := -lmicrohttpd -lseccomp -lsqlite3 -lpq -lzstd $(API_LIBS)
 
 .PHONY: all library help demo check test lint format install install-import install-library deb sbom \
@@ -154,7 +154,7 @@ $(PIC): | $(addprefix $(B)/gen/,prepared_form_build.h materials.h powers.h)
 $(B)/$(SONAME): library/libdrape.map $(PIC)
 	$(call say,LINK,$@)$(CC) -shared -Wl,-soname,$(SONAME) -Wl,--version-script=$< $(LDFLAGS) \
 	    -Wl,-z,relro,-z,now,-z,noexecstack,-z,defs,-z,nodelete -o $@ $(PIC) \
-	    -ljansson -lsodium -lz -lstdc++ -lpthread -lm
+	    -ljansson -lsodium -lexpat -lz -lstdc++ -lpthread -lm
 $(B)/libdrape.so: $(B)/$(SONAME)
 	@ln -sf $(SONAME) $@
 

@@ -29,8 +29,8 @@ static const char help_head[] =
     "  --format FORMAT    default: json; the formats of\n";
 static const char help_tail[] =
     "  --map MESH         write the fields on this mesh: Nastran bulk data, decks of\n"
-    "                     Abaqus (.inp) and LS-DYNA (.k), Gmsh (.msh), UNV, STL, OBJ, or\n"
-    "                     points or elements as JSON, by the end of the name\n"
+    "                     Abaqus (.inp) and LS-DYNA (.k), Gmsh (.msh), UNV, VTU, STL,\n"
+    "                     OBJ, or points or elements as JSON, by the end of the name\n"
     "  --inlet LIST       with --map: elements of the inlet: 17,18,pid:3,set:NAME, by the\n"
     "                     file's ids, properties and sets, or by place:\n"
     "                     sphere:x:y:z:radius, line:x:y:z:x:y:z:distance\n"

@@ -6,7 +6,7 @@ set -eu
 
 # In three steps, so that what needs the first alone is compiled while the others are fetched.
 compile='gcc g++ libmicrohttpd-dev libjansson-dev libsodium-dev libsqlite3-dev libpq-dev zlib1g-dev
-    libxxhash-dev libzstd-dev libseccomp-dev libhdf5-dev libgeos-dev python3-yaml curl jq'
+    libexpat1-dev libxxhash-dev libzstd-dev libseccomp-dev libhdf5-dev libgeos-dev python3-yaml curl jq'
 import='libocct-data-exchange-dev'
 page=
 command -v npm >/dev/null || page='nodejs npm'

@@ -18,6 +18,7 @@ const struct file_format file_formats[FILE_FORMATS] = {
     {"lsdyna", "text/x-lsdyna", {".k", ".key"}, false, map_target_lsdyna},
     {"gmsh", "text/x-gmsh", {".msh"}, false, map_target_gmsh},
     {"unv", "text/x-unv", {".unv"}, false, map_target_universal},
+    {"vtu", "application/vnd.vtk", {".vtu"}, false, map_target_vtu},
 };
 
 /* Files that are taken for parts, and what to do with them. */
@@ -25,7 +26,7 @@ static const struct {
     const char *endings, *what;
 } others[] = {
     {".fcstd", "FreeCAD's own document: export the part from FreeCAD as STEP"},
-    {".cdb .rad .med .vtk .vtu .ply .3mf .off .gltf .glb .amf .wrl",
+    {".cdb .rad .med .vtk .ply .3mf .off .gltf .glb .amf .wrl",
      "a mesh in a format that is not read: save its shell as STL, OBJ or Nastran bulk data"},
     {".sldprt .sldasm .catpart .catproduct .prt .asm .ipt .iam .par .f3d .3dm .dwg .dxf .x_t .x_b "
      ".xmt_txt .sat .sab .brep .brp .jt .3ds .skp .blend",
@@ -46,7 +47,7 @@ bool file_refuse(const char *path, char text[FILE_REFUSAL_SIZE]) {
         (void)snprintf(text, FILE_REFUSAL_SIZE,
                        "must end in .step, .stp, .p21, .iges, .igs, .stl, .obj, .bdf, .nas, .dat, "
                        ".inp, .k, .key, "
-                       ".msh or .unv");
+                       ".msh, .unv or .vtu");
     return what != NULL;
 }
 

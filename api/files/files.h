@@ -22,7 +22,7 @@ struct file_format {
     map_target_reader *read; /* its shells with their own numbers; NULL: it has triangles alone */
 };
 
-enum { FILE_FORMATS = 9 };
+enum { FILE_FORMATS = 10 };
 extern const struct file_format file_formats[FILE_FORMATS];
 
 /* NULL: there is none of this name, or with this end of a file's name. */

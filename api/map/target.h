@@ -102,11 +102,13 @@ enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct 
 /* Read likewise the meshes of other programs, with their own ids; the first set of elements, or
  * physical group, that an element is in is its property, and the warning has the names: input decks
  * of Abaqus and CalculiX (.inp), keyword decks of LS-DYNA (.k), meshes of Gmsh (.msh, 2.2 and 4.1
- * as text), universal files (.unv). */
+ * as text), universal files (.unv); and grids of VTK (.vtu), whose ids and properties are arrays of
+ * cells named id and pid, if there are such. */
 typedef enum api_problem_id map_target_reader(const char *bytes, size_t length, struct arena *arena,
                                               struct map_target *target,
                                               struct api_problem *problem);
-map_target_reader map_target_abaqus, map_target_lsdyna, map_target_gmsh, map_target_universal;
+map_target_reader map_target_abaqus, map_target_lsdyna, map_target_gmsh, map_target_universal,
+    map_target_vtu;
 
 /*
  * Sets what a query parameter or command-line flag `name` says of the target: inlet (also as

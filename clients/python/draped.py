@@ -58,7 +58,7 @@ Take = Callable[[http.client.HTTPResponse], Any]
 
 FILE_FORMATS = {"step": "model/step", "iges": "model/iges", "stl": "model/stl", "obj": "model/obj",
                 "nastran": "text/x-nastran", "abaqus": "text/x-abaqus", "lsdyna": "text/x-lsdyna",
-                "gmsh": "text/x-gmsh", "unv": "text/x-unv"}
+                "gmsh": "text/x-gmsh", "unv": "text/x-unv", "vtu": "application/vnd.vtk"}
 ENDINGS = {"stp": "step", "p21": "step", "igs": "iges", "bdf": "nastran", "nas": "nastran", "dat": "nastran",
            "inp": "abaqus", "k": "lsdyna", "key": "lsdyna", "msh": "gmsh"}  # where they are not the format's name
 RESULT_FORMATS = ("json", "csv", "vtp", "glb", "npz")
@@ -260,7 +260,7 @@ class Client:
     def upload(self, surface: Union[str, os.PathLike, Mapping[str, Any]], unit: Optional[str] = None,
                format: Optional[str] = None) -> Json:
         """Stores a surface: a file of CAD (STEP, IGES) or a mesh (STL, OBJ, or shells of Nastran, Abaqus, LS-DYNA,
-        Gmsh, a universal file), the format of FILE_FORMATS by its name's ending unless given, or a dict. What the
+        Gmsh, a universal file, VTU), the format of FILE_FORMATS by its name's ending unless given, or a dict. What the
         service knows of it: `id`, and of a file `faces`, `edges`, `length_unit` and `notes`. `unit` (m, mm, cm,
         um, in, ft) is for files that state none."""
         if isinstance(surface, Mapping):
@@ -518,7 +518,7 @@ class Client:
 
     def map(self, drape: str, mesh: Mesh, **options: Any) -> Json:
         """The drape's fields on a mesh: the name of a file of shells (Nastran, Abaqus, LS-DYNA, Gmsh, a universal
-        file, STL or OBJ, by its ending), or a dict {"points": [[x, y, z], ...]} or
+        file, VTU, STL or OBJ, by its ending), or a dict {"points": [[x, y, z], ...]} or
         {"mesh": {"vertices", "triangles"}}. The answer's `cells` has one value a column for each element or
         point, arrays where NumPy is installed; `warnings` tells of a mesh that lies elsewhere. `options`:
         `fields`, `precision`, `reference` (the direction that angles of plies run from, (x, y, z)), `within` (of

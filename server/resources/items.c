@@ -90,7 +90,7 @@ bool items_check_file(struct call *call) {
         reply_refuse(
             call->reply, API_INVALID_REQUEST,
             "'%.64s' is not a format: ?format= takes json, step, iges, stl, obj, nastran, abaqus, "
-            "lsdyna, gmsh and unv; the name of a file %s",
+            "lsdyna, gmsh, unv and vtu; the name of a file %s",
             format, why);
     else if (unit && !file_unit_known(unit))
         reply_refuse(call->reply, API_INVALID_REQUEST,

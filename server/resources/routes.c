@@ -222,6 +222,7 @@ static bool check_media_type(struct call *call) {
         return true;
     reply_header(call->reply, "Accept", "application/json%s",
                  mesh ? ", text/x-nastran, text/x-abaqus, text/x-lsdyna, text/x-gmsh, text/x-unv, "
+                        "application/vnd.vtk, "
                         "model/stl, model/obj"
                       : "");
     reply_refuse(call->reply, API_UNSUPPORTED_MEDIA_TYPE,

@@ -15,6 +15,7 @@ const FORMATS = {
   lsdyna: ['k', 'key'],
   gmsh: ['msh'],
   unv: ['unv'],
+  vtu: ['vtu'],
 };
 const UNSUPPORTED = 415;
 

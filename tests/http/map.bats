@@ -323,10 +323,15 @@ END
     call POST "/v1/drapes/$id/map" -H "$NASTRAN" --data-binary "@$BATS_TEST_TMPDIR/mesh"
     expect 200
     jq -cS '.cells | del(.id)' "$body" >"$BATS_TEST_TMPDIR/wanted"
-    for format in abaqus lsdyna gmsh2 gmsh4 universal; do
-        case $format in gmsh*) type=gmsh ;; universal) type=unv ;; *) type=$format ;; esac
-        tr -d '\0' <tests/fuzz/corpus/mesh_files/$format | sed '1s/^[^*$ ]*//' >"$BATS_TEST_TMPDIR/mesh"
-        call POST "/v1/drapes/$id/map" -H "Content-Type: text/x-$type" --data-binary "@$BATS_TEST_TMPDIR/mesh"
+    for format in abaqus lsdyna gmsh2 gmsh4 universal vtu; do
+        case $format in
+            gmsh*) type=text/x-gmsh ;;
+            universal) type=text/x-unv ;;
+            vtu) type=application/vnd.vtk ;;
+            *) type=text/x-$format ;;
+        esac
+        tail -c +2 tests/fuzz/corpus/mesh_files/$format >"$BATS_TEST_TMPDIR/mesh"
+        call POST "/v1/drapes/$id/map" -H "Content-Type: $type" --data-binary "@$BATS_TEST_TMPDIR/mesh"
         expect 200
         [ "$(field '.cells.id | sort | join(" ")')" = '17 901' ]
         [ "$(field '.cells.k1 | add * 1e16 | round')" = "$(jq '.k1 | add * 1e16 | round' "$BATS_TEST_TMPDIR/wanted")" ]
@@ -340,7 +345,7 @@ END
     expect_problem 404 not-found
     call POST "/v1/drapes/$id/map" -H 'Content-Type: text/plain' --data "$POINTS"
     expect_problem 415 unsupported-media-type
-    [ "$(header Accept)" = 'application/json, text/x-nastran, text/x-abaqus, text/x-lsdyna, text/x-gmsh, text/x-unv, model/stl, model/obj' ]
+    [ "$(header Accept)" = 'application/json, text/x-nastran, text/x-abaqus, text/x-lsdyna, text/x-gmsh, text/x-unv, application/vnd.vtk, model/stl, model/obj' ]
     call POST "/v1/drapes/$id/map" -H 'Content-Type:' --data "$POINTS"
     expect 200
     call GET "/v1/drapes/$id/map"

@@ -195,6 +195,34 @@ END
     done
 }
 
+@test "readers: meshes that VTK writes, in all its ways, are the mesh; so are the maps that go out" {
+    stack m 1
+    mkdir "$folder/vtu"
+    $PYTHON tests/readers/vtu_mesh.py "$folder/mesh.json" "$folder/vtu"
+    write_map csv "$folder/wanted"
+    for file in "$folder"/vtu/*.vtu; do
+        "$DRAPE" "$folder/request.json" --map "$file" --format csv --fields "$(head -n 1 "$folder/wanted")" \
+            -o "$folder/found" 2>"$BATS_TEST_TMPDIR/warnings"
+        cmp "$folder/wanted" "$folder/found"
+        grep -q '1 cells that are no triangles or quadrilaterals are ignored' "$BATS_TEST_TMPDIR/warnings"
+    done
+    write_map vtu "$folder/out.vtu"
+    "$DRAPE" "$folder/request.json" --map "$folder/out.vtu" --format csv -o "$folder/found"
+    cmp "$folder/wanted" "$folder/found"
+    # What a program packs otherwise, or cuts off, is refused in words.
+    for change in 's/vtkZLibDataCompressor/vtkLZ4DataCompressor/' 's/type="UnstructuredGrid"/type="PolyData"/' \
+        's/NumberOfCells="[0-9]*"/NumberOfCells="99"/'; do
+        sed "$change" "$folder/vtu/raw-zlib.vtu" >"$folder/wrong.vtu"
+        "$DRAPE" "$folder/request.json" --map "$folder/wrong.vtu" -o "$folder/found" 2>&1 | tee -a "$folder/words" || true
+    done
+    head -c 4000 "$folder/vtu/raw.vtu" >"$folder/wrong.vtu"
+    "$DRAPE" "$folder/request.json" --map "$folder/wrong.vtu" -o "$folder/found" 2>&1 | tee -a "$folder/words" || true
+    for words in 'packed by vtkLZ4DataCompressor: save it with zlib' 'this VTK file is a PolyData' \
+        '99 cells have 15[0-9] offsets' 'the array [A-Za-z]* is damaged or cut short'; do
+        grep -q "$words" "$folder/words" || { cat "$folder/words"; return 1; }
+    done
+}
+
 # Without `within` a deck is for people and solvers to read: few stacks for many elements, and what
 # that costs is in its head.
 @test "readers: decks round to few stacks by default, and tell by how much" {

@@ -93,6 +93,7 @@ const MEDIA = {
   lsdyna: 'text/x-lsdyna',
   gmsh: 'text/x-gmsh',
   unv: 'text/x-unv',
+  vtu: 'application/vnd.vtk',
 };
 const ENDINGS: Record<string, keyof typeof MEDIA> = {
   stp: 'step',
