@@ -138,8 +138,8 @@ def imports(build):
             for file in sorted(glob.glob("tests/import/test_*.py"))]
 
 
-def benchmark():
-    return [Job("tests/benchmark/test_score.py", ["python3", "tests/benchmark/test_score.py"])]
+def benchmark(build):
+    return [Job("tests/benchmark/test_score.py", ["python3", "tests/benchmark/test_score.py", build])]
 
 
 def pages(build):
@@ -172,7 +172,7 @@ def everything(build, sanitized):
                 job.needs = sanitized
         jobs += [job for job in once
                  if is_one_of(job, each, alone) or not is_one_of(job, each, other)]
-    jobs += benchmark() + pages(build) + bats(build, "tests/deploy/*.bats")
+    jobs += benchmark(build) + pages(build) + bats(build, "tests/deploy/*.bats")
     return jobs + [Job("tests/hosts/hosts.sh", ["tests/hosts/hosts.sh", build, "200"])]
 
 

@@ -110,22 +110,28 @@ def write(found, path):
             table.writerow([name, tool, *(f"{v:.3g}" if isinstance(v, float) else v for v in values)])
 
 
-def print_table(found, title, column, form):
-    print(f"\n{title}\n{'':10s}" + "".join(f"{tool:>11s}" for tool in TOOLS))
-    for name in NAMES:
-        values = (found.get((name, tool), {}).get(column) for tool in TOOLS)
-        print(f"{name:10s}" + "".join(f"{'-' if v is None else format(v, form):>11s}" for v in values))
+TABLES = [("largest distance from the exact net, in spacings", "distance_max_spacings", ".1e"),
+          ("largest error of the shear angle, in degrees", "shear_error_max_deg", ".1e"),
+          ("seconds", "seconds", ".2g")]
+
+
+def tables(found):
+    """Those of benchmark/README.md."""
+    lines = []
+    for title, column, form in TABLES:
+        lines += ["", title, f"{'':10s}" + "".join(f"{tool:>11s}" for tool in TOOLS)]
+        for name in NAMES:
+            values = (found.get((name, tool), {}).get(column) for tool in TOOLS)
+            lines.append(f"{name:10s}" + "".join(f"{'-' if v is None else format(v, form):>11s}" for v in values))
+    return "\n".join(lines[1:]) + "\n"
 
 
 def main():
     program, nets = sys.argv[1], pathlib.Path(sys.argv[2])
     nets.mkdir(parents=True, exist_ok=True)
     chosen = sys.argv[3:] or [tool for tool in TOOLS if tool != FREECAD or shutil.which("freecadcmd")]
-    found = scores(program, nets, chosen)
-    write(found, ROOT / "benchmark" / "results.csv")
-    print_table(found, "largest distance from the exact net, in spacings", "distance_max_spacings", ".1e")
-    print_table(found, "largest error of the shear angle, in degrees", "shear_error_max_deg", ".1e")
-    print_table(found, "seconds", "seconds", ".4f")
+    write(scores(program, nets, chosen), ROOT / "benchmark" / "results.csv")
+    print(tables(kept()), end="")
 
 
 if __name__ == "__main__":

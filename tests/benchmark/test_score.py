@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The scorer of the open benchmark: nets whose scores are known, however they are written; nets that are
-none; and the cases themselves, whose nets keep their edges and start where the task says."""
+none; the cases themselves, whose nets keep their edges and start where the task says; and what is published of the
+methods here, which the program must still be worth. Usage: test_score.py BUILD"""
 import json
 import math
 import os
@@ -10,8 +11,9 @@ import tempfile
 import pathlib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "tests" / "faults"), str(ROOT / "benchmark")]
+sys.path[:0] = [str(ROOT / "tests" / "faults"), str(ROOT / "benchmark"), str(ROOT / "tests" / "benchmark")]
 from daemon import Tap, expect  # noqa: E402
+import run as published  # noqa: E402
 import score  # noqa: E402
 
 CASES = ROOT / "benchmark" / "cases"
@@ -24,7 +26,7 @@ def net_of(case):
     return [(int(r[0]), int(r[1]), *map(float, r[2:])) for r in (line.split(",") for line in lines)]
 
 
-def run(case, rows, head="i,j,x,y,z,shear_deg", options=()):
+def scored(case, rows, head="i,j,x,y,z,shear_deg", options=()):
     """Scores of rows as a dictionary, or the refusal as text. Numbers are written with all digits."""
     lines = [head] + [row if isinstance(row, str) else ",".join(map(repr, row)) for row in rows]
     with tempfile.TemporaryDirectory() as folder:
@@ -55,13 +57,13 @@ def expect_exact(result, said):
 
 
 def test_plain():
-    expect_exact(run("rational", net_of("rational")), [])
+    expect_exact(scored("rational", net_of("rational")), [])
 
 
 def test_displaced():
     """Every node 0.25 mm along z: that is each distance, and edges stay."""
     moved = changed(net_of("rational"), lambda i, j, x, y, z, s: (i, j, x, y, z + 0.25, s - 0.5))
-    result = run("rational", moved, options=("--seconds", "1.5"))
+    result = scored("rational", moved, options=("--seconds", "1.5"))
     for key in "distance_median", "distance_p95", "distance_max":
         expect_near(result[key], 0.25)
     expect_near(result["distance_max_spacings"], 0.1)
@@ -74,7 +76,7 @@ def test_largest():
     rows = net_of("rational")
     i, j, x, y, z, s = rows[100]
     rows[100] = i, j, x, y, z + 1, s
-    result = run("rational", rows)
+    result = scored("rational", rows)
     expect_near(result["distance_max"], 1)
     expect(result["distance_p95"] == 0 and result["distance_median"] == 0, result)
 
@@ -83,7 +85,7 @@ def test_edges():
     """Warp edges 1 % too long about the start, on the plane parts of a sheet: told as such."""
     start = json.loads((CASES / "cylinder" / "task.json").read_text())["start"]
     grown = changed(net_of("cylinder"), lambda i, j, *r: (i, j, *(a + 1.01 * (b - a) for a, b in zip(start, r)), r[3]))
-    plain, result = run("cylinder", net_of("cylinder")), run("cylinder", grown)
+    plain, result = scored("cylinder", net_of("cylinder")), scored("cylinder", grown)
     expect(plain["edge_max_percent"] < 0.001 and plain["edge_min_percent"] > -0.02, plain)
     expect(0.97 < result["edge_max_percent"] < 1.03, result)
 
@@ -93,19 +95,19 @@ def test_signs():
                           (-1, -1, ["i counts the other way", "j counts the other way"])):
         # turning one family round turns the sign of shear
         dress = changed(net_of("rational"), lambda i, j, x, y, z, s: (si * i, sj * j, x, y, z, si * sj * s))
-        expect_exact(run("rational", dress), words)
+        expect_exact(scored("rational", dress), words)
 
 
 def test_swapped():
     dress = changed(net_of("rational"), lambda i, j, *rest: (j, i, *rest))
-    expect_exact(run("rational", dress), ["along weft"])
+    expect_exact(scored("rational", dress), ["along weft"])
     both = changed(net_of("rational"), lambda i, j, x, y, z, s: (-j, i, x, y, z, -s))
-    expect_exact(run("rational", both), ["along weft", "the other way"])
+    expect_exact(scored("rational", both), ["along weft", "the other way"])
 
 
 def test_counting():
     dress = changed(net_of("blade"), lambda i, j, *rest: (i + 1, j + 7, *rest))
-    expect_exact(run("blade", dress), ["(1, 7) is the start"])
+    expect_exact(scored("blade", dress), ["(1, 7) is the start"])
 
 
 def test_units():
@@ -113,38 +115,38 @@ def test_units():
         for name, unit in (("mm", 1e-3), ("cm", 1e-2), ("m", 1.0), ("in", 0.0254), ("ft", 0.3048)):
             if unit != own:
                 dress = changed(net_of(case), lambda i, j, x, y, z, s: (i, j, *(c * own / unit for c in (x, y, z)), s))
-                expect_exact(run(case, dress), [f"lengths are in {name},"])
+                expect_exact(scored(case, dress), [f"lengths are in {name},"])
 
 
 def test_shear():
     rows = net_of("rational")
     radians = changed(rows, lambda i, j, x, y, z, s: (i, j, x, y, z, math.radians(s)))
-    expect_exact(run("rational", radians, "i,j,x,y,z,shear_rad"), [])
-    expect_exact(run("rational", radians, "i,j,x,y,z,shear"), ["radians"])
-    expect_exact(run("rational", changed(rows, lambda *r: (*r[:5], -r[5]))), ["other sign"])
-    expect_exact(run("rational", changed(rows, lambda *r: (*r[:5], abs(r[5])))), ["no sign"])
-    bare = run("rational", changed(rows, lambda *r: r[:5]), "i,j,x,y,z")
+    expect_exact(scored("rational", radians, "i,j,x,y,z,shear_rad"), [])
+    expect_exact(scored("rational", radians, "i,j,x,y,z,shear"), ["radians"])
+    expect_exact(scored("rational", changed(rows, lambda *r: (*r[:5], -r[5]))), ["other sign"])
+    expect_exact(scored("rational", changed(rows, lambda *r: (*r[:5], abs(r[5])))), ["no sign"])
+    bare = scored("rational", changed(rows, lambda *r: r[:5]), "i,j,x,y,z")
     expect(bare["shear_error_max_deg"] < 0.05 and "has no shear" in bare["assumed"][0], bare)
 
 
 def test_all_at_once():
     """Swapped, turned, in inches, counted from a corner, blanks between columns in another order."""
     rows = [f"{z / 25.4!r} {-j + 3} {i + 2} {x / 25.4!r} {y / 25.4!r}" for i, j, x, y, z, s in net_of("rational")]
-    result = run("rational", rows, "# a comment\nZ I J X Y")
+    result = scored("rational", rows, "# a comment\nZ I J X Y")
     expect(result["distance_max_spacings"] < 1e-9 and len(result["assumed"]) == 5, result)
 
 
 def test_missing():
     rows = net_of("rational")
-    half = run("rational", [r for r in rows if r[0] >= 0])
+    half = scored("rational", [r for r in rows if r[0] >= 0])
     expect(half["missing"] == 20 * 41 and half["distance_max"] == 0, half)
     expect_near(half["coverage"], 0.5)
-    blank = run("rational", [r if r[0] >= 0 else f"{r[0]},{r[1]},nan,,," for r in rows])
+    blank = scored("rational", [r if r[0] >= 0 else f"{r[0]},{r[1]},nan,,," for r in rows])
     expect(blank["missing"] == 20 * 41 and "820 nodes without a place" in blank["assumed"][0], blank)
-    hole = run("rational", [r for r in rows if r[:2] != (3, 4)])
+    hole = scored("rational", [r for r in rows if r[:2] != (3, 4)])
     expect(hole["missing"] == 1, hole)
     expect_near(hole["coverage"], 1 - 4 / 1600)
-    more = run("rational", [*rows, (21, 0, 0.0, 0.0, 0.0, 0.0)])
+    more = scored("rational", [*rows, (21, 0, 0.0, 0.0, 0.0, 0.0)])
     expect(more["beyond"] == 1 and more["missing"] == 0 and more["coverage"] == 1, more)
 
 
@@ -165,7 +167,7 @@ def test_refused():
              "is no unit's factor"),
             (changed(rows, lambda i, j, x, y, z, s: (i, j, x + 500, y, z, s)), "i,j,x,y,z,shear_deg",
              "no node lies at the start")):
-        result = run("rational", made, head)
+        result = scored("rational", made, head)
         expect(isinstance(result, tuple) and result[0] == 1 and words in result[1], (words, result))
         expect("Traceback" not in result[1], result)
     expect(task["spacing"] == 2.5, task)
@@ -177,7 +179,7 @@ def test_another_net():
     c = math.sqrt(0.5)
     turned = changed(net_of("saddle"), lambda i, j, x, y, z, s: (
         i, j, start[0] + c * (x - y), start[1] + c * (x + y), z, s))
-    result = run("saddle", turned)
+    result = scored("saddle", turned)
     expect(any("WARNING" in line for line in result["assumed"]), result)
 
 
@@ -196,8 +198,23 @@ def test_cases():
                 step = [a - b for a, b in zip(rows[key], rows[0, 0])]
                 along = sum(a * b for a, b in zip(step, task[name])) / math.hypot(*step)
                 expect(along > math.cos(math.radians(5)), (folder, name, along))
-        result = run(folder.name, net_of(folder.name))
+        result = scored(folder.name, net_of(folder.name))
         expect(result["edge_max_percent"] < 1e-4 and result["assumed"] == [], result)
+
+
+def test_published():
+    """The tables of the page are those of results.csv; and nets of both methods on two cases, draped now, score so."""
+    known = published.kept()
+    expect(published.tables(known) in (ROOT / "benchmark" / "README.md").read_text(), "run tests/benchmark/run.py")
+    for case in ("sphere", "freeform"):
+        folder = CASES / case
+        task = json.loads((folder / "task.json").read_text())
+        for method in ("gib", "gib4"):
+            text, _ = published.drape(sys.argv[1] + "/drape", published.request(folder, task, method))
+            rows = [tuple(map(float, line.split(","))) for line in text.splitlines()[1:]]
+            found = scored(case, [(int(r[0]), int(r[1]), *r[2:]) for r in rows])
+            for column in ("nodes", "coverage", "distance_max", "shear_error_max_deg"):
+                expect_near(found[column], known[case, method][column], 0.01)
 
 
 def test_command():
