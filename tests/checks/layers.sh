@@ -81,11 +81,12 @@ only microhttpd.h 'server/http/(http|exchange|suspension|interpose)\.c'
 only sqlite3.h 'server/store/sqlite/(db|backup)\.c' # copies need the library's own back-up
 only libpq-fe.h 'server/store/postgres/(pool|statement|notify|backup)\.c' # COPY is no statement of query.h
 only jansson.h 'api/json/(value|parse)\.c|server/resources/documents\.c'
-only zlib.h 'api/format/(npz|lcmsim|png|zip_writer)\.c|server/http/compress\.c'
+only zlib.h 'api/format/(npz|lcmsim|png|zip_writer)\.c|api/map/vtk_xml\.c|server/http/compress\.c'
 only hdf5.h 'api/format/hdf5\.c'
 only seccomp.h 'server/work/sandbox\.c'
 only zstd.h 'server/http/compress\.c'
 only xxhash.h 'api/checksum\.c'
 only geos_c.h 'api/laminate/plane\.c'
-only sodium.h 'api/request/digest\.c|server/store/cursor\.c|server/id\.c|server/store/sqlite/jobs\.c|server/http/tokens\.c'
+only sodium.h 'api/request/digest\.c|api/map/vtk_xml\.c|server/store/cursor\.c|server/id\.c|server/store/sqlite/jobs\.c|server/http/tokens\.c'
+only expat.h 'api/map/vtk_xml\.c'
 exit $bad
