@@ -37,7 +37,7 @@ struct drape {
 static pthread_once_t once = PTHREAD_ONCE_INIT;
 static bool prepared;
 
-static void prepare(void) {
+static void prepare_once(void) {
     prepared = api_prepare();
 }
 
@@ -209,7 +209,7 @@ static bool run_for_caller(struct drape *drape, const char *options, struct call
     struct api_memory memory;
     const struct drape_monitor monitor = {ask_caller, caller};
     const struct api_sink sink = {.write = keep, .context = drape};
-    pthread_once(&once, prepare);
+    pthread_once(&once, prepare_once);
     if (!prepared)
         return !api_problem_set(&drape->problem, API_INTERNAL,
                                 "the system gives no random numbers");

@@ -15,7 +15,7 @@
 enum { FIRST_SOCKET = 3 }; /* SD_LISTEN_FDS_START */
 
 /* A positive number in the environment; 0 without one. */
-static int64_t number_of(const char *variable) {
+static int64_t number_in_environment(const char *variable) {
     const char *text = getenv(variable);
     char *end = NULL;
     errno = 0;
@@ -33,8 +33,8 @@ static int option_of(int socket, int name) {
 
 bool systemd_socket(int *socket, const char **why) {
     *socket = -1;
-    int64_t count = number_of("LISTEN_FDS");
-    if (number_of("LISTEN_PID") != getpid() || count == 0)
+    int64_t count = number_in_environment("LISTEN_FDS");
+    if (number_in_environment("LISTEN_PID") != getpid() || count == 0)
         return true;
     *why = count > 1 ? "draped takes one socket, but more were handed over (LISTEN_FDS)"
                      : "the socket that was handed over (LISTEN_FDS) is not a listening TCP socket";
@@ -96,8 +96,8 @@ void systemd_alive(void) {
 }
 
 int64_t systemd_watchdog_ms(void) {
-    int64_t limit_us = number_of("WATCHDOG_USEC");
-    bool ours = !getenv("WATCHDOG_PID") || number_of("WATCHDOG_PID") == getpid();
+    int64_t limit_us = number_in_environment("WATCHDOG_USEC");
+    bool ours = !getenv("WATCHDOG_PID") || number_in_environment("WATCHDOG_PID") == getpid();
     int64_t half_ms = limit_us / 2000;
     return !ours || limit_us == 0 ? 0 : half_ms > 0 ? half_ms : 1;
 }

@@ -25,7 +25,7 @@ static bool make_middles(struct encoder *encoder, struct api_problem *problem) {
         return !api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the mid-edge nodes");
     for (size_t e = 0; e < elements; e++) {
         const int32_t *corners = fields->elements[e];
-        int sides = corners[3] < 0 ? 3 : 4;
+        int sides = element_corner_count(corners);
         for (int k = 0; k < sides && stack_layers(fields, e) > 0; k++) {
             int32_t p = corners[k], q = corners[(k + 1) % sides];
             state->edge[count++] =
@@ -56,7 +56,7 @@ static void write_middle(struct encoder *encoder, const struct deck_item *item) 
 
 static void write_s6_or_s8r(struct encoder *encoder, const struct deck_item *item) {
     const struct deck_state *state = encoder->state;
-    int sides = item->corners[3] < 0 ? 3 : 4;
+    int sides = element_corner_count(item->corners);
     api_text_format(&encoder->piece, "*ELEMENT, TYPE=%s, ELSET=E%d\n%d", sides == 3 ? "S6" : "S8R",
                     item->id, item->id);
     for (int k = 0; k < sides; k++)

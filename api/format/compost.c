@@ -106,7 +106,7 @@ static void open_object(struct api_text *text, const char *class, const char *na
         api_text_key_integer(text, "ID", id);
 }
 
-static void write_material(struct api_text *text, const struct map_plies *plies, int ply) {
+static void write_compost_material(struct api_text *text, const struct map_plies *plies, int ply) {
     open_object(text, "GenericMaterial", plies->names[ply], id_of(ply, 0));
     api_text_raw(text, "}");
 }
@@ -124,7 +124,7 @@ static void write_ply(struct api_text *text, const struct map_plies *plies, int 
     }
     open_object(text, piece ? "Piece" : "Ply", plies->names[ply], id_of(ply, 1));
     api_text_raw(text, ",\"material\":");
-    write_material(text, plies, ply);
+    write_compost_material(text, plies, ply);
     if (outline_of(plies, ply))
         api_text_key_integer(text, "splineRelimitationRef", spline_id(plies, ply));
     api_text_raw(text, piece && last ? "}]}" : "}");
@@ -269,7 +269,7 @@ static void write_item(struct encoder *encoder, size_t item) {
         break;
     case MATERIALS:
         api_text_raw(text, item ? "," : "");
-        write_material(text, encoder->fields.plies, (int)item);
+        write_compost_material(text, encoder->fields.plies, (int)item);
         break;
     case PLIES:
         if (item == 0) {

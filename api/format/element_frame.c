@@ -8,7 +8,7 @@ static const double sine_min = 1e-6;
 
 struct vec3 element_middle(const struct vec3 *vertices, const int32_t corners[4]) {
     struct vec3 sum = {0, 0, 0};
-    int count = corners[3] < 0 ? 3 : 4;
+    int count = element_corner_count(corners);
     for (int k = 0; k < count; k++)
         sum = vec3_add(sum, vertices[corners[k]]);
     return vec3_scale(1.0 / count, sum);

@@ -29,6 +29,11 @@ enum element_fault {
     ELEMENT_PERPENDICULAR /* the caller's direction is normal to it */
 };
 
+/* How many corners an element has: 3 or 4. */
+static inline int element_corner_count(const int32_t corners[4]) {
+    return corners[3] < 0 ? 3 : 4;
+}
+
 /* The frame of an element of a mesh, its corners as `map_fields.elements` has them. `reference`:
  * the caller's direction, of any length but zero; NULL: the first edge. */
 enum element_fault element_frame_make(const struct vec3 *vertices, const int32_t corners[4],

@@ -26,7 +26,7 @@ bool field_mesh_begin(struct encoder *encoder, struct api_problem *problem) {
 }
 
 /* An element in the list of a set, if it is in it. */
-static void write_member(struct encoder *encoder, size_t set, size_t element) {
+static void write_if_member(struct encoder *encoder, size_t set, size_t element) {
     const struct field_mesh *mesh = encoder->format->own;
     const struct map_fields *fields = &encoder->fields;
     struct field_mesh_state *state = encoder->state;
@@ -41,7 +41,7 @@ static void write_member(struct encoder *encoder, size_t set, size_t element) {
 }
 
 /* As many rows of a field as there is room for; how many. */
-static size_t write_field(struct encoder *encoder, const struct vtk_array *array, size_t row) {
+static size_t write_field_rows(struct encoder *encoder, const struct vtk_array *array, size_t row) {
     _Alignas(8) unsigned char block[VTK_BLOCK];
     const struct field_mesh *mesh = encoder->format->own;
     const double *reals = (const double *)block;
@@ -82,7 +82,7 @@ static size_t write_items(struct encoder *encoder, enum section section, size_t 
         mesh->tail(encoder);
         break;
     case MEMBERS:
-        write_member(encoder, row / fields->element_count, row % fields->element_count);
+        write_if_member(encoder, row / fields->element_count, row % fields->element_count);
         break;
     case CLOSE:
         if (mesh->close)
@@ -91,7 +91,7 @@ static size_t write_items(struct encoder *encoder, enum section section, size_t 
     case FIELDS:
         if (row == 0)
             mesh->field(encoder, array);
-        return write_field(encoder, array, row);
+        return write_field_rows(encoder, array, row);
     case SECTIONS:
         break;
     }

@@ -16,7 +16,7 @@ static bool is_property(const struct map_fields *fields, int32_t property) {
     return false;
 }
 
-static void write_head(struct encoder *encoder) {
+static void gmsh_head(struct encoder *encoder) {
     const struct map_fields *fields = &encoder->fields;
     struct api_text *text = &encoder->piece;
     char origin[ENCODER_NOTE_SIZE];
@@ -50,18 +50,18 @@ static void write_values(struct api_text *text, const double *values, int count)
     api_text_raw(text, "\n");
 }
 
-static void write_node(struct encoder *encoder, size_t vertex) {
+static void gmsh_node(struct encoder *encoder, size_t vertex) {
     struct vec3 p = encoder->fields.vertices[vertex];
     api_text_integer(&encoder->piece, deck_vertex_id(&encoder->fields, vertex));
     write_values(&encoder->piece, (const double[]){p.x, p.y, p.z}, 3);
 }
 
-static void write_between(struct encoder *encoder) {
+static void gmsh_between(struct encoder *encoder) {
     api_text_format(&encoder->piece, "$EndNodes\n$Elements\n%zu\n", encoder->fields.element_count);
 }
 
 /* ID TYPE 2 PHYSICAL ELEMENTARY NODE... */
-static void write_element(struct encoder *encoder, size_t element) {
+static void gmsh_element(struct encoder *encoder, size_t element) {
     const struct map_fields *fields = &encoder->fields;
     const int32_t *corners = fields->elements[element];
     int32_t property = fields->pids ? fields->pids[element] : 0;
@@ -72,32 +72,32 @@ static void write_element(struct encoder *encoder, size_t element) {
     api_text_raw(&encoder->piece, "\n");
 }
 
-static void write_tail(struct encoder *encoder) {
+static void gmsh_tail(struct encoder *encoder) {
     api_text_raw(&encoder->piece, "$EndElements\n");
 }
 
 /* One string tag, its name; one real, the time; three integers: the step, the components and the
  * elements. */
-static void write_field(struct encoder *encoder, const struct vtk_array *array) {
+static void gmsh_view(struct encoder *encoder, const struct vtk_array *array) {
     api_text_format(&encoder->piece, "$ElementData\n1\n\"%s\"\n1\n0\n3\n0\n%d\n%zu\n", array->name,
                     array->components == 6 ? 9 : array->components, encoder->fields.element_count);
 }
 
-static void write_value(struct encoder *encoder, const struct vtk_array *array, size_t element,
-                        const double *values) {
+static void gmsh_value(struct encoder *encoder, const struct vtk_array *array, size_t element,
+                       const double *values) {
     const double *t = values, whole[9] = {t[0], t[3], t[5], t[3], t[1], t[4], t[5], t[4], t[2]};
     bool tensor = array->components == 6;
     api_text_integer(&encoder->piece, deck_element_id(&encoder->fields, element));
     write_values(&encoder->piece, tensor ? whole : values, tensor ? 9 : array->components);
 }
 
-static const struct field_mesh mesh = {.head = write_head,
-                                       .node = write_node,
-                                       .between = write_between,
-                                       .element = write_element,
-                                       .tail = write_tail,
-                                       .field = write_field,
-                                       .value = write_value,
+static const struct field_mesh mesh = {.head = gmsh_head,
+                                       .node = gmsh_node,
+                                       .between = gmsh_between,
+                                       .element = gmsh_element,
+                                       .tail = gmsh_tail,
+                                       .field = gmsh_view,
+                                       .value = gmsh_value,
                                        .end_field = "$EndElementData\n"};
 
 const struct format format_gmsh = {

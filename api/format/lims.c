@@ -36,10 +36,6 @@ struct state {
     int32_t element; /* the number of the last one */
 };
 
-static int corner_count(const int32_t corners[4]) {
-    return corners[3] < 0 ? 3 : 4;
-}
-
 /* ---- what there is ---- */
 
 static bool begin_lims(struct encoder *encoder, struct api_problem *problem) {
@@ -58,7 +54,7 @@ static bool begin_lims(struct encoder *encoder, struct api_problem *problem) {
             continue;
         }
         state->elements++;
-        for (int k = 0; k < corner_count(corners); k++) {
+        for (int k = 0; k < element_corner_count(corners); k++) {
             struct node *node = &state->node[corners[k]];
             node->number = 1;
             if (fields->roles && fields->roles[e] != MAP_FABRIC && node->role != MAP_INLET)
@@ -78,7 +74,7 @@ static void end_lims(struct encoder *encoder) {
 
 /* ---- rows ---- */
 
-static void write_head(struct encoder *encoder) {
+static void write_lims_head(struct encoder *encoder) {
     const struct state *state = encoder->state;
     char origin[ENCODER_NOTE_SIZE];
     encoder_origin(encoder, origin);
@@ -108,7 +104,7 @@ static void write_numbers(struct api_text *text, const double *values, int count
 }
 
 /* Index NNOD N1 N2 N3 (N4) h Vf Kxx Kxy Kyy; or that it is left out. */
-static void write_element(struct encoder *encoder, size_t e) {
+static void write_lims_element(struct encoder *encoder, size_t e) {
     struct state *state = encoder->state;
     const struct map_fields *fields = &encoder->fields;
     const int32_t *corners = fields->elements[e];
@@ -122,8 +118,8 @@ static void write_element(struct encoder *encoder, size_t e) {
                         deck_element_id(fields, e), lcmsim_fraction(&state->source, e));
         return;
     }
-    api_text_format(&encoder->piece, "%d %d", ++state->element, corner_count(corners));
-    for (int k = 0; k < corner_count(corners); k++)
+    api_text_format(&encoder->piece, "%d %d", ++state->element, element_corner_count(corners));
+    for (int k = 0; k < element_corner_count(corners); k++)
         api_text_format(&encoder->piece, " %d", state->node[corners[k]].number);
     double a = 0; /* a flat element has no axes, and no flow */
     if (element_frame_make(fields->vertices, corners, fields->plies->reference, &frame) ==
@@ -136,7 +132,7 @@ static void write_element(struct encoder *encoder, size_t e) {
     write_numbers(&encoder->piece, values, sizeof values / sizeof *values);
 }
 
-static void write_node(struct encoder *encoder, size_t v) {
+static void write_lims_node(struct encoder *encoder, size_t v) {
     const struct state *state = encoder->state;
     const struct node *node = &state->node[v];
     uint8_t role = state->section == GATES ? MAP_INLET : MAP_OUTLET;
@@ -168,16 +164,16 @@ static void write_row(struct encoder *encoder, size_t row) {
                         state->elements, rule);
     switch (state->section) {
     case HEAD:
-        write_head(encoder);
+        write_lims_head(encoder);
         break;
     case DENSE:
     case ELEMENTS:
-        write_element(encoder, row);
+        write_lims_element(encoder, row);
         break;
     case GATES:
     case VENTS:
     case NODES:
-        write_node(encoder, row);
+        write_lims_node(encoder, row);
         break;
     case RESIN:
         api_text_raw(text, "Resin Viscosity model NEWTON\nViscosity : 0.06\n");

@@ -28,26 +28,26 @@ static void write_units(struct encoder *encoder) {
                     unit->name, 2, factor, 1.0, 1.0, 0.0);
 }
 
-static void write_head(struct encoder *encoder) {
+static void universal_head(struct encoder *encoder) {
     write_units(encoder);
     api_text_raw(&encoder->piece, "    -1\n  2411\n");
 }
 
-static void write_node(struct encoder *encoder, size_t vertex) {
+static void universal_node(struct encoder *encoder, size_t vertex) {
     struct vec3 p = encoder->fields.vertices[vertex];
     api_text_format(&encoder->piece, "%10d%10d%10d%10d\n%25.16E%25.16E%25.16E\n",
                     deck_vertex_id(&encoder->fields, vertex), 1, 1, 11, p.x, p.y, p.z);
 }
 
-static void write_between(struct encoder *encoder) {
+static void universal_between(struct encoder *encoder) {
     api_text_raw(&encoder->piece, "    -1\n    -1\n  2412\n");
 }
 
 /* LABEL KIND PROPERTY MATERIAL COLOUR NODES; the nodes. */
-static void write_element(struct encoder *encoder, size_t element) {
+static void universal_element(struct encoder *encoder, size_t element) {
     const struct map_fields *fields = &encoder->fields;
     const int32_t *corners = fields->elements[element];
-    int count = corners[3] < 0 ? 3 : 4;
+    int count = element_corner_count(corners);
     api_text_format(&encoder->piece, "%10d%10d%10d%10d%10d%10d\n", deck_element_id(fields, element),
                     count == 3 ? TRIANGLE : QUADRILATERAL, fields->pids ? fields->pids[element] : 1,
                     1, COLOUR, count);
@@ -56,7 +56,7 @@ static void write_element(struct encoder *encoder, size_t element) {
     api_text_raw(&encoder->piece, "\n");
 }
 
-static void write_tail(struct encoder *encoder) {
+static void universal_tail(struct encoder *encoder) {
     api_text_raw(&encoder->piece, "    -1\n");
     if (encoder->fields.pids && encoder->fields.set_count)
         api_text_raw(&encoder->piece, "    -1\n  2467\n");
@@ -80,7 +80,7 @@ static void close_groups(struct encoder *encoder) {
 
 /* Its number, name and place, five lines of text, what it is, and two lines each of integers and of
  * reals of an analysis, which there was none of. */
-static void write_field(struct encoder *encoder, const struct vtk_array *array) {
+static void universal_field(struct encoder *encoder, const struct vtk_array *array) {
     enum { STRUCTURAL = 1, STATIC = 1, SINGLE = 2 };
     static const struct {
         int characteristic, result; /* scalar, vector; of an unknown kind */
@@ -101,8 +101,8 @@ static void write_field(struct encoder *encoder, const struct vtk_array *array) 
                         0.0);
 }
 
-static void write_value(struct encoder *encoder, const struct vtk_array *array, size_t element,
-                        const double *values) {
+static void universal_value(struct encoder *encoder, const struct vtk_array *array, size_t element,
+                            const double *values) {
     struct api_text *text = &encoder->piece;
     int width = array->components;
     for (int k = 0; k < width; k++)
@@ -131,15 +131,15 @@ static bool begin_universal(struct encoder *encoder, struct api_problem *problem
     return room || field_mesh_full(encoder, problem);
 }
 
-static const struct field_mesh mesh = {.head = write_head,
-                                       .node = write_node,
-                                       .between = write_between,
-                                       .element = write_element,
-                                       .tail = write_tail,
+static const struct field_mesh mesh = {.head = universal_head,
+                                       .node = universal_node,
+                                       .between = universal_between,
+                                       .element = universal_element,
+                                       .tail = universal_tail,
                                        .member = write_group_member,
                                        .close = close_groups,
-                                       .field = write_field,
-                                       .value = write_value,
+                                       .field = universal_field,
+                                       .value = universal_value,
                                        .end_field = "    -1\n"};
 
 const struct format format_universal = {

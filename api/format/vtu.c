@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* VTK XML UnstructuredGrid: the caller's mesh with all columns as cell data. */
+#include "element_frame.h"
 #include "vtk.h"
 #include <string.h>
 
@@ -14,10 +15,6 @@ struct state {
     int corner;
     int32_t offset; /* behind it */
 };
-
-static int corner_count(const int32_t element[4]) {
-    return element[3] < 0 ? 3 : 4;
-}
 
 /* ---- values ---- */
 
@@ -36,13 +33,13 @@ static bool fill_mesh(struct encoder *encoder, const struct vtk_array *array, ui
             break;
         case CONNECTIVITY:
             integers[k] = elements[state->element][state->corner++];
-            if (state->corner == corner_count(elements[state->element])) {
+            if (state->corner == element_corner_count(elements[state->element])) {
                 state->corner = 0;
                 state->element++;
             }
             break;
         case OFFSETS:
-            integers[k] = state->offset += corner_count(elements[first + k]);
+            integers[k] = state->offset += element_corner_count(elements[first + k]);
             break;
         case TYPES:
             shapes[k] = elements[first + k][3] < 0 ? SHAPE_TRIANGLE : SHAPE_QUAD;
@@ -67,7 +64,7 @@ static bool begin_vtu(struct encoder *encoder, struct api_problem *problem) {
     file->fill = fill_mesh;
     bool room = vtk_add_elements(file, fields);
     for (size_t k = 0; k < fields->element_count; k++)
-        corners += (uint64_t)corner_count(fields->elements[k]);
+        corners += (uint64_t)element_corner_count(fields->elements[k]);
     room = room && corners <= INT32_MAX;
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays && room; k++) {
         struct vtk_array array = arrays[k];

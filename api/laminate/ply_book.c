@@ -370,7 +370,7 @@ static void begin_table(struct ply_book *book, const char *title, const char *co
 }
 
 /* The first cell of a row: what ply it is of. */
-static void begin_row(struct ply_book *book, const struct laminate_ply *ply) {
+static void begin_ply_row(struct ply_book *book, const struct laminate_ply *ply) {
     api_text_raw(book->text, "<tr><td>");
     html_say(book->text, "%zu %s", ply->number + 1, ply->name);
     next_table_cell(book->text);
@@ -389,7 +389,7 @@ static bool write_seams(struct ply_book *book, const struct ply_account *account
     for (size_t k = 0; k < account->seam_count; k++) {
         const struct laminate_piece *pieces = ply->pieces->pieces;
         const struct seam *seam = &account->seams[k];
-        begin_row(book, ply);
+        begin_ply_row(book, ply);
         html_say(text, "%s, %s", pieces[seam->piece[0]].name, pieces[seam->piece[1]].name);
         next_table_cell(text);
         html_say(text, "%.5g", seam->length);
@@ -439,7 +439,7 @@ static bool write_courses(struct ply_book *book, const struct ply_account *accou
     for (size_t k = 0; k <= pieces->count; k++) {
         bool all = k == pieces->count;
         const double *figures = all ? account->courses : pieces->pieces[k].figures;
-        begin_row(book, ply);
+        begin_ply_row(book, ply);
         html_say(text, "%s", all ? "all" : pieces->pieces[k].name);
         for (int n = 0; n < COURSE_FIGURES; n++) {
             next_table_cell(text);

@@ -151,7 +151,7 @@ static const char *read_region(const struct listing *listing, const char *text) 
 }
 
 /* The one member of that number, likewise. */
-static const char *read_element(const struct listing *listing, const char *text) {
+static const char *read_one(const struct listing *listing, const char *text) {
     const struct map_target *target = listing->target;
     int32_t number;
     const char *end = read_whole(text, &number);
@@ -173,7 +173,7 @@ static const char *read_element(const struct listing *listing, const char *text)
 static const char *mark_entry(const struct listing *listing, enum map_role role, const char *text) {
     const struct map_target *target = listing->target;
     struct api_problem *problem = listing->problem;
-    const char *end = read_element(listing, text);
+    const char *end = read_one(listing, text);
     end = end || problem->id != API_OK ? end : read_part(listing, text);
     end = end || problem->id != API_OK ? end : read_region(listing, text);
     if (problem->id == API_OK && (!end || (*end != '\0' && *end != ',')))

@@ -117,7 +117,7 @@ static bool begin_array(struct xml_file *file, const char *const *attributes) {
     if (use >= VTK_IDS && types[type].kind == REAL)
         return true; /* a field of that name, no numbers */
     if (file->array[use].format)
-        return VTK_REFUSE(file, "the array %s is there twice", use_names[use]);
+        return VTK_REFUSE(file, "the array %s is defined twice", use_names[use]);
     if (offset && (api_number_read(offset, strlen(offset), &place) != strlen(offset) || place < 0 ||
                    place > 1e15))
         return VTK_REFUSE(file, "the offset of the array %s is none", use_names[use]);
@@ -242,8 +242,8 @@ static uint64_t whole_at(const struct xml_file *file, const unsigned char *at, s
     return value;
 }
 
-static double number_at(const struct xml_file *file, const struct data_array *array,
-                        const unsigned char *at) {
+static double array_number(const struct xml_file *file, const struct data_array *array,
+                           const unsigned char *at) {
     uint64_t bits = whole_at(file, at, array->size);
     uint32_t half = (uint32_t)bits;
     double wide;
@@ -367,7 +367,7 @@ static bool read_array(struct xml_file *file, int use, struct bytes_view appende
     if (!*values)
         return map_target_no_memory(file->problem);
     for (size_t k = 0; k < *count; k++)
-        (*values)[k] = number_at(file, array, bytes.at + k * array->size);
+        (*values)[k] = array_number(file, array, bytes.at + k * array->size);
     return true;
 }
 

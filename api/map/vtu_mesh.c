@@ -34,8 +34,8 @@ static bool take_whole(double value, double least, const char *what, size_t cell
 }
 
 /* Takes a cell, if it is a shell: its corners are from `first` to before `end` in the list. */
-static bool take_cell(const struct vtk_grid *grid, size_t cell, size_t first, size_t end,
-                      struct shell_mesh *mesh, struct api_problem *problem) {
+static bool take_shell_cell(const struct vtk_grid *grid, size_t cell, size_t first, size_t end,
+                            struct shell_mesh *mesh, struct api_problem *problem) {
     size_t k = 0, kept = mesh->count;
     while (k < SHELLS && grid->values[VTK_TYPES][cell] != shells[k].type)
         k++;
@@ -75,7 +75,7 @@ static bool take_cells(const struct vtk_grid *grid, struct shell_mesh *mesh,
         if (!(offset >= (double)first && offset <= (double)grid->count[VTK_CONNECTIVITY]))
             return MAP_REFUSE(problem, "cell %zu ends at %g in a list of %zu points", cell, offset,
                               grid->count[VTK_CONNECTIVITY]);
-        if (!take_cell(grid, cell, first, (size_t)offset, mesh, problem))
+        if (!take_shell_cell(grid, cell, first, (size_t)offset, mesh, problem))
             return false;
         first = (size_t)offset;
     }
@@ -87,7 +87,7 @@ static bool take_cells(const struct vtk_grid *grid, struct shell_mesh *mesh,
 }
 
 /* That the arrays are as long as the piece says. */
-static bool is_whole(const struct vtk_grid *grid, struct api_problem *problem) {
+static bool is_complete_grid(const struct vtk_grid *grid, struct api_problem *problem) {
     static const char *const names[] = {"points", "connectivity", "offsets", "types"};
     for (int use = 0; use <= VTK_TYPES; use++)
         if (!grid->values[use])
@@ -124,7 +124,7 @@ enum api_problem_id map_target_vtu(const char *bytes, size_t length, struct aren
     struct vtk_grid grid;
     struct shell_mesh mesh = {0};
     *target = (struct map_target){0};
-    if (!vtk_xml_read(bytes, length, arena, &grid, problem) || !is_whole(&grid, problem))
+    if (!vtk_xml_read(bytes, length, arena, &grid, problem) || !is_complete_grid(&grid, problem))
         return problem->id;
     mesh.elements = arena_take(arena, grid.cells, sizeof *mesh.elements);
     mesh.ids = grid.values[VTK_IDS] ? arena_take(arena, grid.cells, sizeof *mesh.ids) : NULL;
@@ -142,7 +142,7 @@ enum api_problem_id map_target_vtu(const char *bytes, size_t length, struct aren
         if (!ids)
             return api_problem_no_memory(problem, "the mesh");
         if (twice >= 0)
-            return api_problem_set(problem, API_INVALID_REQUEST, "the id %d is there twice",
+            return api_problem_set(problem, API_INVALID_REQUEST, "the id %d is defined twice",
                                    mesh.ids[twice]);
     }
     *target = (struct map_target){.vertices = (const struct vec3 *)grid.values[VTK_POINTS_ARRAY],

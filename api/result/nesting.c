@@ -97,7 +97,7 @@ static bool make_profile(const struct nest *nest, const struct nesting_shape *sh
 /* ---- one order ---- */
 
 /* The place nearest to the roll's begin, of several the one that leaves the least before it. */
-static void find_room(const struct nest *nest, struct nesting_place *place) {
+static void find_free_room(const struct nest *nest, struct nesting_place *place) {
     double least = HUGE_VAL, least_lost = HUGE_VAL;
     for (int turned = 0; turned <= nest->roll->turn; turned++) {
         const struct profile *own = &nest->outline[place->shape][turned];
@@ -127,7 +127,7 @@ static double lay_out_order(const struct nest *nest) {
     for (size_t n = 0; n < nest->count; n++) {
         struct nesting_place *place = &nest->trial[n];
         const struct nesting_shape *shape = &nest->shapes[place->shape];
-        find_room(nest, place);
+        find_free_room(nest, place);
         const struct profile *own = &nest->outline[place->shape][place->turned];
         int first = (int)lround(place->y / nest->step) - own->margin;
         for (int b = 0; b < own->bands + 2 * own->margin; b++)
@@ -169,7 +169,7 @@ struct ranked {
 };
 
 /* The larger first; of the same size in the order that they were given. */
-static int compare_sizes(const void *a, const void *b) {
+static int compare_ranked(const void *a, const void *b) {
     const struct ranked *x = a, *y = b;
     if (x->size > y->size || y->size > x->size)
         return x->size > y->size ? -1 : 1;
@@ -187,7 +187,7 @@ static void rank_places(const struct nest *nest, enum by by, struct ranked *rank
         for (int layer = 0; layer < shape->layers; layer++)
             ranked[n++] = (struct ranked){{.shape = k, .layer = layer}, size};
     }
-    qsort(ranked, nest->count, sizeof *ranked, compare_sizes);
+    qsort(ranked, nest->count, sizeof *ranked, compare_ranked);
     for (n = 0; n < nest->count; n++)
         nest->trial[n] = ranked[n].place;
 }

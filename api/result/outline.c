@@ -95,7 +95,8 @@ static int32_t cell_left_of(double from, double to, double along) {
     return (int32_t)(from == to && from == floor(from) && along < 0 ? from - 1 : floor(middle));
 }
 
-static void add_piece(struct builder *b, const double from[2], const double to[2], bool loose) {
+static void add_outline_piece(struct builder *b, const double from[2], const double to[2],
+                              bool loose) {
     int32_t i = cell_left_of(from[0], to[0], from[1] - to[1]);
     int32_t j = cell_left_of(from[1], to[1], to[0] - from[0]);
     if (from[0] == to[0] && from[1] == to[1])
@@ -127,7 +128,7 @@ static void add_line(struct builder *b, const double from[2], const double to[2]
             end[k] = axis < 0 ? to[k] : snapped(from[k] + share * (to[k] - from[k]));
         if (axis >= 0)
             end[axis] = lines[axis];
-        add_piece(b, begin, end, loose);
+        add_outline_piece(b, begin, end, loose);
         memcpy(begin, end, sizeof begin);
         share = axis < 0 ? 1 : share;
     }

@@ -145,7 +145,7 @@ static void test_map_files_say_the_line_of_what_is_wrong(void **state) {
         {5, "<?xml version=\"1.0\"?>\n",
          "<?xml version=\"1.0\"?>\n<!DOCTYPE a [<!ENTITY b \"c\">]>\n", "defines entities"},
         {5, "AwAAAAAB", "BAAAAAAB", "the array pid is damaged or cut short"},
-        {5, "18 901 17", "18 901 901", "the id 901 is there twice"},
+        {5, "18 901 17", "18 901 901", "the id 901 is defined twice"},
         {5, "18 901 17", "18 901 -1", "cell 2: its id is -1"},
         {5, "2 6 9", "2 6 10", "cell 2 ends at 10 in a list of 9 points"},
         {5, "2 6 9", "2 6", "3 cells have 2 offsets"},
