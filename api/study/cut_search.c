@@ -15,13 +15,19 @@ static const double first_step = 0.25, last_step = 0.25;
  * limit allows. So a step aside that helps is taken, and the cut can be shorter then. */
 static const double shear_weight = 0.05;
 
-/* A gain of less than this share of a step is none. */
+/* A gain of less than this share of a step in length, or of what limits are missed by, is none. */
 static const double worth = 0.05;
 
 /* A net that breaks the limits so near, in spacings, to a cut that it has asks for a longer one. */
 static const double near_cut = 4;
 
 enum { GROWTHS_MOST = 12, MOVES = 7 };
+
+/* Cuts to be tried together. */
+struct trial {
+    struct study_cut cut[API_STUDY_CUTS];
+    size_t count;
+};
 
 /* Where a search is, after some of its rounds. */
 enum search_phase {
@@ -40,12 +46,9 @@ struct cut_search {
     const struct study_row *centre; /* from which cuts are moved */
     const struct study_row *last;   /* round */
     size_t last_count;
-};
-
-/* Cuts to be tried together. */
-struct trial {
-    struct study_cut cut[API_STUDY_CUTS];
-    size_t count;
+    struct trial grown[MOUTHS];        /* what is tried next while it grows, .. */
+    enum proposal_mouth mouth[MOUTHS]; /* .. and where each has its mouths */
+    size_t grown_count;
 };
 
 static double spacing_of(const struct api_study *study) {
@@ -53,62 +56,106 @@ static double spacing_of(const struct api_study *study) {
     return fmax(d[0], d[1]);
 }
 
-static double length_of(const struct study_row *row) {
+static double length_of(const struct study_cut *cuts, size_t count) {
     double length = 0;
-    for (size_t k = 0; k < row->variant.cut_count; k++)
-        length += vec3_distance(row->variant.cuts[k].mouth, row->variant.cuts[k].tip);
+    for (size_t k = 0; k < count; k++)
+        length += vec3_distance(cuts[k].mouth, cuts[k].tip);
     return length;
+}
+
+static double length_of_row(const struct study_row *row) {
+    return length_of(row->variant.cuts, row->variant.cut_count);
 }
 
 static double cost_of(const struct api_study *study, const struct study_row *row) {
     double allowed = study->request.limit[QUANTITY_MAX_SHEAR].max;
-    return length_of(row) * (1 + shear_weight * row->quantity[QUANTITY_MAX_SHEAR] / allowed);
+    return length_of_row(row) * (1 + shear_weight * row->quantity[QUANTITY_MAX_SHEAR] / allowed);
 }
 
-/* Whether a row is better than another, which may be NULL, by more than `gain` in length. */
+/* Whether a row is better than another, which may be NULL, by more than a share of what that misses
+ * the limits by, or if it keeps them of `step` in length. */
 static bool is_better(const struct api_study *study, const struct study_row *a,
-                      const struct study_row *b, double gain) {
+                      const struct study_row *b, double share, double step) {
     double x = study_violation(study, a), y = b ? study_violation(study, b) : HUGE_VAL;
     if (x > 0 || y > 0 || !b)
-        return x < y || !b;
-    return cost_of(study, a) < cost_of(study, b) - gain;
+        return !b || x < y * (1 - share);
+    return cost_of(study, a) < cost_of(study, b) - share * step;
 }
 
 /* ---- growing ---- */
 
-static double distance_to_cut(const struct study_cut *cut, struct vec3 r) {
-    struct vec3 mouth = cut->mouth, tip = cut->tip;
-    const struct proposal_edge line = {1, &mouth, &tip};
-    return vec3_distance(r, proposal_edge_nearest(&line, r));
+/* From a place to a cut along the part, which is straight from one place to the next. */
+static double distance_to_cut(const struct api_study *study, const struct study_cut *cut,
+                              struct vec3 r) {
+    size_t steps = 1 + (size_t)(vec3_distance(cut->mouth, cut->tip) / spacing_of(study));
+    struct vec3 from = cut->mouth;
+    double least = HUGE_VAL;
+    for (size_t k = 1; k <= steps; k++) {
+        struct vec3 to = proposal_place(&study->part, cut, (double)k / (double)steps);
+        const struct proposal_edge piece = {1, &from, &to};
+        least = fmin(least, vec3_distance(r, proposal_edge_nearest(&piece, r)));
+        from = to;
+    }
+    return least;
 }
 
-/* The cuts of a row with those that its net asks for; false where that is nothing new. */
-static bool grow(const struct cut_search *s, const struct study_row *row, struct trial *trial) {
-    double spacing = spacing_of(s->study);
+/* The cuts of a row with those along its ridges; false where that is nothing new. */
+static bool grow(const struct cut_search *s, const struct study_row *row, enum proposal_mouth mouth,
+                 struct trial *trial) {
+    const struct api_study *study = s->study;
+    double spacing = spacing_of(study);
     bool grown = false;
     trial->count = row->variant.cut_count;
     if (trial->count)
         memcpy(trial->cut, row->variant.cuts, trial->count * sizeof *trial->cut);
-    for (size_t k = 0; k < row->proposed_count; k++) {
-        const struct study_cut *own = &row->proposed[k];
+    for (size_t k = 0; k < row->ridge_count; k++) {
+        const struct study_ridge *own = &row->ridges[k];
         struct study_cut *known = NULL;
         for (size_t n = 0; n < row->variant.cut_count; n++)
-            if (distance_to_cut(&trial->cut[n], own->tip) < near_cut * spacing ||
-                distance_to_cut(&trial->cut[n], own->mouth) < near_cut * spacing)
+            if (distance_to_cut(study, &trial->cut[n], own->inner) < near_cut * spacing ||
+                distance_to_cut(study, &trial->cut[n], own->outer) < near_cut * spacing)
                 known = &trial->cut[n];
         if (known) { /* to the end of the ridge, and at least two spacings further */
             double length = vec3_distance(known->mouth, known->tip);
-            if (vec3_distance(known->mouth, own->tip) > length + spacing)
-                known->tip = own->tip;
+            if (vec3_distance(known->mouth, own->inner) > length + spacing)
+                known->tip = own->inner;
             else
-                known->tip = proposal_place(&s->study->part, known, 1 + 2 * spacing / length);
+                known->tip = proposal_place(&study->part, known, 1 + 2 * spacing / length);
             grown = true;
-        } else if (trial->count < s->study->request.splits) {
-            trial->cut[trial->count++] = *own;
+        } else if (trial->count < study->request.splits) {
+            trial->cut[trial->count++] =
+                proposal_cut(&study->part, &study->edge, spacing, own, mouth);
             grown = true;
         }
     }
-    return grown && study_violation(s->study, row) > 0;
+    return grown && study_violation(study, row) > 0;
+}
+
+/* Whether all cuts of two trials have their ends within a spacing. */
+static bool same_trial(const struct trial *a, const struct trial *b, double spacing) {
+    bool same = a->count == b->count;
+    for (size_t k = 0; k < a->count && same; k++)
+        same = vec3_distance(a->cut[k].mouth, b->cut[k].mouth) < spacing &&
+               vec3_distance(a->cut[k].tip, b->cut[k].tip) < spacing;
+    return same;
+}
+
+/* What the nets of a round ask for, as long as it is shorter than what keeps the limits already: of
+ * the first, without cuts, by both kinds of mouths. */
+static void grow_all(struct cut_search *s, const struct study_row *rows, size_t count) {
+    const enum proposal_mouth kinds[MOUTHS] = {s->mouth[0], s->mouth[1]};
+    bool first = s->round == 1;
+    s->grown_count = 0;
+    for (size_t k = 0; k < (first ? MOUTHS : count); k++) {
+        struct trial *trial = &s->grown[s->grown_count];
+        enum proposal_mouth mouth = first ? (enum proposal_mouth)k : kinds[k];
+        if (!grow(s, &rows[first ? 0 : k], mouth, trial) ||
+            (study_violation(s->study, s->best) == 0 &&
+             length_of(trial->cut, trial->count) > length_of_row(s->best)) ||
+            (s->grown_count && same_trial(trial, s->grown, spacing_of(s->study))))
+            continue;
+        s->mouth[s->grown_count++] = mouth;
+    }
 }
 
 /* ---- moving ---- */
@@ -190,7 +237,7 @@ static bool join_moves(const struct cut_search *s, struct trial *trial) {
             const struct study_row *row = &s->last[n];
             if (row->variant.cut_count == trial->count &&
                 !same_cut(&row->variant.cuts[k], &centre->cuts[k]) &&
-                is_better(s->study, row, best, 0))
+                is_better(s->study, row, best, 0, 0))
                 best = row;
         }
         joined += best != s->centre;
@@ -205,15 +252,16 @@ static bool join_moves(const struct cut_search *s, struct trial *trial) {
 static void begin_moves(struct cut_search *s) {
     s->centre = s->best;
     s->phase = s->best->variant.cut_count ? SEARCH_MOVES : SEARCH_ENDS;
-    s->step = fmax(first_step * length_of(s->best) / fmax((double)s->best->variant.cut_count, 1),
-                   last_step * spacing_of(s->study));
+    s->step =
+        fmax(first_step * length_of_row(s->best) / fmax((double)s->best->variant.cut_count, 1),
+             last_step * spacing_of(s->study));
     s->whole = s->best->variant.cut_count > 1;
 }
 
 /* After moves from a centre: on from the best, with half the step if that is still the centre. */
 static void settle(struct cut_search *s) {
     bool fewer = s->best->variant.cut_count < s->centre->variant.cut_count;
-    bool gained = s->best != s->centre && is_better(s->study, s->best, s->centre, worth * s->step);
+    bool gained = s->best != s->centre && is_better(s->study, s->best, s->centre, worth, s->step);
     s->whole = fewer && s->best->variant.cut_count > 1;
     s->centre = s->best;
     s->step *= gained ? 1 : 0.5;
@@ -224,12 +272,14 @@ static void settle(struct cut_search *s) {
 static void take_round(struct cut_search *s, const struct study_row *rows, size_t count) {
     struct trial trial;
     for (size_t k = 0; k < count; k++)
-        if (is_better(s->study, &rows[k], s->best, 0))
+        if (is_better(s->study, &rows[k], s->best, 0, 0))
             s->best = &rows[k];
     s->last = rows;
     s->last_count = count;
     s->round++;
-    if (s->phase == SEARCH_GROWS && (s->round > GROWTHS_MOST || !grow(s, rows, &trial)))
+    if (s->phase == SEARCH_GROWS)
+        grow_all(s, rows, count);
+    if (s->phase == SEARCH_GROWS && (s->round > GROWTHS_MOST || s->grown_count == 0))
         begin_moves(s);
     else if (s->phase == SEARCH_MOVES && join_moves(s, &trial))
         s->phase = SEARCH_JOINS;
@@ -245,8 +295,10 @@ static size_t next_trials(const struct cut_search *s, struct trial *trials) {
     }
     if (s->phase == SEARCH_MOVES)
         return move_all(s, trials);
+    if (s->phase == SEARCH_GROWS)
+        memcpy(trials, s->grown, s->grown_count * sizeof *trials);
     return s->phase == SEARCH_ENDS    ? 0
-           : s->phase == SEARCH_GROWS ? (size_t)grow(s, s->last, trials)
+           : s->phase == SEARCH_GROWS ? s->grown_count
                                       : (size_t)join_moves(s, trials);
 }
 

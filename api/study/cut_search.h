@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The search for cuts, `"vary": {"splits": "proposed"}`. It begins with the drape as it is. While a
- * net breaks the limits, the cuts that it asks for (`proposal.h`) are added to those that it had.
- * Then the ends move: from the best cuts so far each is tried shorter, with its tip and its mouth a
- * step to either side, and once left out; what is better of each of them is tried together; and
- * where nothing was, the step is halved. A variant is better if it misses the limits by less, then
- * if its cuts are shorter.
+ * net breaks the limits, the cuts that it asks for (`proposal.h`) are added to those that it had:
+ * twice, once with all mouths at the nearest edge and once with them ahead of the ridges, where
+ * these differ. Then the ends move: from the best cuts so far each is tried shorter, with its tip
+ * and its mouth a step to either side, and once left out; what is better of each of them is tried
+ * together; and where nothing was, the step is halved. A variant is better if it misses the limits
+ * by less, then if its cuts are shorter.
  */
 #ifndef API_STUDY_CUT_SEARCH_H
 #define API_STUDY_CUT_SEARCH_H

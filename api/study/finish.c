@@ -219,6 +219,15 @@ static int compare_shortfalls(const struct shortfall *a, const struct shortfall 
     return a->value != b->value ? (a->value < b->value ? -1 : 1) : 0;
 }
 
+/* What was tried of cuts, to no avail. */
+static void describe_cuts(const struct verdict *v, char *text, size_t size) {
+    size_t most = 0;
+    for (size_t k = 0; k < v->count; k++)
+        most = v->rows[k].variant.cut_count > most ? v->rows[k].variant.cut_count : most;
+    (void)snprintf(text, size, "%zu nets with up to %zu cuts were tried, so divide the ply there",
+                   v->count, most);
+}
+
 /* By the variant that leaves the least to be wished. Hands lay any of the samples, so of samples by
  * the worst. */
 static void judge_rows(struct verdict *v) {
@@ -241,6 +250,8 @@ static void judge_rows(struct verdict *v) {
     (void)snprintf(verdict->detail, sizeof verdict->detail, "no variant could be draped");
     if (row < 0)
         return;
+    char cuts[128];
+    describe_cuts(v, cuts, sizeof cuts);
     const struct study_row *best = &v->rows[row];
     const struct verdict_case judged = {
         .bare = chosen.part[1] > 0,
@@ -250,7 +261,7 @@ static void judge_rows(struct verdict *v) {
         .placed = best->placed,
         .at = best->at,
         .remedy = r->sample > 0   ? "that is the worst sample"
-                  : r->splits > 0 ? "no cuts that were tried do, so divide the ply there"
+                  : r->splits > 0 ? cuts
                   : r->search == STUDY_SEARCH_OPTIMISE && r->starts == STUDY_STARTS_GRID
                       ? "no variant does better, so cut the cloth there"
                       : "vary more starts and directions, or cut the cloth there"};

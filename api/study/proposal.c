@@ -40,6 +40,33 @@ struct vec3 proposal_edge_nearest(const struct proposal_edge *edge, struct vec3 
     return nearest;
 }
 
+/* Where a walk along the part from the outer end of a ridge, straight on, meets the edge. */
+static struct vec3 edge_ahead(const struct study_part *part, const struct proposal_edge *edge,
+                              double spacing, const struct study_ridge *ridge) {
+    enum { STEPS_MOST = 10000 };
+    static const double least = 0.5; /* of a step: less far it comes only beyond the edge */
+    struct vec3 way = vec3_sub(ridge->outer, ridge->inner), at = ridge->outer;
+    bool on = vec3_norm2(way) > 0;
+    for (int k = 0; on && k < STEPS_MOST; k++) {
+        struct part_point next;
+        double off;
+        way = vec3_unit(way);
+        study_part_nearest(part, vec3_axpy(spacing, way, at), &next, &off);
+        on = vec3_dot(vec3_sub(next.r, at), way) > least * spacing;
+        way = on ? vec3_sub(next.r, at) : way;
+        at = next.r;
+    }
+    return proposal_edge_nearest(edge, at);
+}
+
+struct study_cut proposal_cut(const struct study_part *part, const struct proposal_edge *edge,
+                              double spacing, const struct study_ridge *ridge,
+                              enum proposal_mouth mouth) {
+    return (struct study_cut){mouth == MOUTH_AHEAD ? edge_ahead(part, edge, spacing, ridge)
+                                                   : proposal_edge_nearest(edge, ridge->outer),
+                              ridge->inner};
+}
+
 /* ---- regions of the net ---- */
 
 /* Nodes no further apart than this, in steps along warp and weft, belong to one region: it goes on
@@ -106,8 +133,8 @@ static struct vec3 mean_place(const struct region *region, const double *distanc
     return vec3_scale(1 / weight, sum);
 }
 
-/* The ridge of a region: from the edge nearest to it to its place that is furthest from there. */
-static struct study_cut find_ridge(const struct region *region, double *distance) {
+/* The ridge of a region: from its end next to an edge to its place that is furthest from there. */
+static struct study_ridge find_ridge(const struct region *region, double *distance) {
     const struct proposal_case *c = region->c;
     double least = HUGE_VAL, most = 0;
     for (size_t k = 0; k < region->count; k++) {
@@ -115,31 +142,31 @@ static struct study_cut find_ridge(const struct region *region, double *distance
         distance[k] = vec3_distance(r, proposal_edge_nearest(c->edge, r));
         least = fmin(least, distance[k]);
     }
-    struct study_cut cut;
-    cut.mouth = proposal_edge_nearest(c->edge, mean_place(region, distance, least));
+    struct study_ridge ridge = {.outer = mean_place(region, distance, least)};
     for (size_t k = 0; k < region->count; k++) {
-        distance[k] = vec3_distance(region_node(region, region->node[k]), cut.mouth);
+        distance[k] = vec3_distance(region_node(region, region->node[k]), ridge.outer);
         most = fmax(most, distance[k]);
     }
-    cut.tip = mean_place(region, distance, most);
-    return cut;
+    ridge.inner = mean_place(region, distance, most);
+    return ridge;
 }
 
-/* Moves the tip onto the part, and away from the mouth if the cut is too short. */
-static bool settle_tip(const struct proposal_case *c, struct study_cut *cut) {
+/* Moves the inner end onto the part, and away from the edge if a cut from there is too short. */
+static bool settle_ridge(const struct proposal_case *c, struct study_ridge *ridge) {
     struct part_point nearest;
     double off, least = shortest * c->spacing;
-    struct vec3 way = vec3_sub(cut->tip, cut->mouth);
+    struct vec3 mouth = proposal_edge_nearest(c->edge, ridge->outer);
+    struct vec3 way = vec3_sub(ridge->inner, mouth);
     double length = vec3_norm(way);
     if (!(length > 0))
         return false;
-    struct vec3 tip = length < least ? vec3_axpy(least / length, way, cut->mouth) : cut->tip;
+    struct vec3 tip = length < least ? vec3_axpy(least / length, way, mouth) : ridge->inner;
     study_part_nearest(c->part, tip, &nearest, &off);
-    cut->tip = nearest.r;
-    return vec3_distance(cut->tip, cut->mouth) >= 0.5 * least;
+    ridge->inner = nearest.r;
+    return vec3_distance(ridge->inner, mouth) >= 0.5 * least;
 }
 
-enum status proposal_find(const struct proposal_case *c, struct study_cut *cuts, size_t most,
+enum status proposal_find(const struct proposal_case *c, struct study_ridge *ridges, size_t most,
                           struct arena *arena, size_t *count) {
     const struct drape_nodes *nodes = &c->result->nodes;
     struct arena_mark mark = arena_mark(arena);
@@ -161,12 +188,12 @@ enum status proposal_find(const struct proposal_case *c, struct study_cut *cuts,
         if (worst == nodes->count)
             break;
         fill_region(&region, worst);
-        cuts[*count] = find_ridge(&region, distance);
-        *count += settle_tip(c, &cuts[*count]);
+        ridges[*count] = find_ridge(&region, distance);
+        *count += settle_ridge(c, &ridges[*count]);
     }
     if (*count == 0 && most > 0 && c->bare) { /* it ends without much shear: at a fold, say */
-        cuts[0] = (struct study_cut){proposal_edge_nearest(c->edge, c->at), c->at};
-        *count += settle_tip(c, &cuts[0]);
+        ridges[0] = (struct study_ridge){c->at, c->at};
+        *count += settle_ridge(c, &ridges[0]);
     }
     arena_rewind(arena, mark);
     return STATUS_OK;

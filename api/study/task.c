@@ -141,7 +141,7 @@ enum api_problem_id task_drape(const struct task_run *run, size_t k,
                                struct api_problem *problem) {
     const struct drape_monitor *monitor = run->monitor;
     struct study_variant tried = *variant;
-    struct study_cut proposed[API_STUDY_CUTS];
+    struct study_ridge ridges[API_STUDY_CUTS];
     double numbers[STUDY_ROW_NUMBERS], cuts[STUDY_CUT_NUMBERS];
     /* What is known to crash is not tried again. */
     const struct api_study_task *task = run->task;
@@ -152,7 +152,7 @@ enum api_problem_id task_drape(const struct task_run *run, size_t k,
     if (known)
         tried.failure = FAILURE_CRASHED;
     if ((monitor && !monitor->progress(monitor->context, 0)) ||
-        study_variant_drape(run->study, &tried, monitor, run->arena, proposed, row) != STATUS_OK)
+        study_variant_drape(run->study, &tried, monitor, run->arena, ridges, row) != STATUS_OK)
         return api_problem_set(problem, API_CANCELLED, "the study was cancelled");
     row->round = task->round;
     study_row_store(row, numbers);

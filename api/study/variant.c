@@ -23,24 +23,23 @@ void study_row_store(const struct study_row *row, double numbers[STUDY_ROW_NUMBE
 }
 
 void study_row_store_cuts(const struct study_row *row, double numbers[STUDY_CUT_NUMBERS]) {
-    const struct study_cut *cuts[] = {row->variant.cuts, row->proposed};
-    const size_t count[] = {row->variant.cut_count, row->proposed_count};
+    const void *ends[] = {row->variant.cuts, row->ridges};
+    const size_t count[] = {row->variant.cut_count, row->ridge_count};
     memset(numbers, 0, STUDY_CUT_NUMBERS * sizeof *numbers);
     for (int k = 0; k < 2; k++) {
         double *own = numbers + k * (STUDY_CUT_NUMBERS / 2);
         own[0] = (double)count[k];
         if (count[k])
-            memcpy(own + 1, cuts[k], count[k] * sizeof *cuts[k]);
+            memcpy(own + 1, ends[k], count[k] * sizeof(struct study_cut));
     }
 }
 
-/* The cuts at half of such numbers; false where there are more than can be. */
-static bool read_cuts(const double *numbers, const struct study_cut **cuts, size_t *count) {
-    if (!(numbers[0] >= 0 && numbers[0] <= API_STUDY_CUTS))
-        return false;
-    *count = (size_t)numbers[0];
-    *cuts = (const struct study_cut *)(const void *)(numbers + 1);
-    return true;
+/* The cuts or ridges, as two ends each, at half of such numbers; NULL where there are more than can
+ * be. */
+static const void *read_ends(const double *numbers, size_t *count) {
+    bool good = numbers[0] >= 0 && numbers[0] <= API_STUDY_CUTS;
+    *count = good ? (size_t)numbers[0] : 0;
+    return good ? numbers + 1 : NULL;
 }
 
 /* A search of the largest budget has fewer rounds. */
@@ -91,10 +90,11 @@ enum api_problem_id study_rows(const struct api_study *study,
         memcpy(made[k].quantity, n + STUDY_ROW_NUMBERS - QUANTITY_COUNT, sizeof made[k].quantity);
         memcpy(made[k].most, n + STUDY_ROW_NUMBERS, divisions * sizeof *n);
         const double *cuts = n + STUDY_ROW_NUMBERS + divisions;
-        if (study->request.splits)
-            good =
-                read_cuts(cuts, &made[k].variant.cuts, &made[k].variant.cut_count) &&
-                read_cuts(cuts + STUDY_CUT_NUMBERS / 2, &made[k].proposed, &made[k].proposed_count);
+        if (!study->request.splits)
+            continue;
+        made[k].variant.cuts = read_ends(cuts, &made[k].variant.cut_count);
+        made[k].ridges = read_ends(cuts + STUDY_CUT_NUMBERS / 2, &made[k].ridge_count);
+        good = made[k].variant.cuts && made[k].ridges;
     }
     return good ? API_OK
                 : api_problem_set(problem, API_INTERNAL, "these are not numbers of a study");
@@ -248,10 +248,10 @@ void study_note_direction(const struct api_study *study, const struct drape_sett
                             vec3_dot(along, result->start_warp));
 }
 
-/* What the net of a drape asks for. */
-static enum status propose_cuts(const struct api_study *study, const struct drape_result *result,
-                                struct study_cut cuts[API_STUDY_CUTS], struct arena *arena,
-                                struct study_row *row) {
+/* Along which the net of a drape asks for cuts. */
+static enum status find_ridges(const struct api_study *study, const struct drape_result *result,
+                               struct study_ridge ridges[API_STUDY_CUTS], struct arena *arena,
+                               struct study_row *row) {
     const double *d = study->request.drape.settings.spacing;
     const struct proposal_case c = {.part = &study->part,
                                     .edge = &study->edge,
@@ -260,13 +260,13 @@ static enum status propose_cuts(const struct api_study *study, const struct drap
                                     .bare = row->bare && row->placed,
                                     .at = row->at,
                                     .spacing = fmax(d[0], d[1])};
-    row->proposed = cuts;
-    return proposal_find(&c, cuts, study->request.splits, arena, &row->proposed_count);
+    row->ridges = ridges;
+    return proposal_find(&c, ridges, study->request.splits, arena, &row->ridge_count);
 }
 
 enum status study_variant_drape(const struct api_study *study, const struct study_variant *variant,
                                 const struct drape_monitor *monitor, struct arena *arena,
-                                struct study_cut proposed[API_STUDY_CUTS], struct study_row *row) {
+                                struct study_ridge ridges[API_STUDY_CUTS], struct study_row *row) {
     struct drape_statistics statistics = {
         .wanted = study->request.wanted, .middle = study->middle, .divisions = study->divisions};
     struct drape_settings settings = study_variant_settings(study, variant);
@@ -324,7 +324,7 @@ enum status study_variant_drape(const struct api_study *study, const struct stud
             q[QUANTITY_CUT_LENGTH] += result.cuts.length[k];
     }
     if (row->failure == FAILURE_NONE && study->request.splits > 0 &&
-        propose_cuts(study, &result, proposed, arena, row) != STATUS_OK)
+        find_ridges(study, &result, ridges, arena, row) != STATUS_OK)
         row->failure = FAILURE_OUT_OF_MEMORY;
     arena_rewind(arena, mark);
     return status == STATUS_CANCELLED ? status : STATUS_OK;

@@ -22,16 +22,15 @@ struct study_row {
     struct study_variant variant; /* as it was draped */
     int round;
     enum failure failure;
-    double quantity[QUANTITY_COUNT]; /* those that are judged; -1: none */
-    bool bare;                       /* the cloth ends within the part, where nobody asked it to */
-    bool placed;                     /* whether `at` is known */
-    struct vec3 at;                  /* where it ends, else of the largest shear */
-    double shear_deg, limit_deg;     /* as those of `struct verdict_case`, by the fabric */
-    double most[DRAPE_DIVISIONS];    /* the largest shear of each of the study's divisions; 0 of a
-                                        failure */
-    const struct study_cut
-        *proposed; /* where cuts are: those that the net asks for, beside its own */
-    size_t proposed_count;
+    double quantity[QUANTITY_COUNT];  /* those that are judged; -1: none */
+    bool bare;                        /* the cloth ends within the part, where nobody asked it to */
+    bool placed;                      /* whether `at` is known */
+    struct vec3 at;                   /* where it ends, else of the largest shear */
+    double shear_deg, limit_deg;      /* as those of `struct verdict_case`, by the fabric */
+    double most[DRAPE_DIVISIONS];     /* the largest shear of each of the study's divisions; 0 of a
+                                         failure */
+    const struct study_ridge *ridges; /* where cuts are: along which the net asks for more */
+    size_t ridge_count;
 };
 
 enum { STUDY_ROW_NUMBERS = 18 + QUANTITY_COUNT };
@@ -68,11 +67,11 @@ struct drape_settings study_variant_settings(const struct api_study *study,
 
 /* Drapes a variant in `arena`, which is then as before, and fills the row but for its round.
  * Returns STATUS_CANCELLED when the monitor (may be NULL) said so, else STATUS_OK: a drape that
- * cannot be done is a row with a failure. `proposed` holds the cuts that its net asks for, where
- * the study proposes some. */
+ * cannot be done is a row with a failure. `ridges` holds those of its net, where the study
+ * proposes cuts. */
 enum status study_variant_drape(const struct api_study *study, const struct study_variant *variant,
                                 const struct drape_monitor *monitor, struct arena *arena,
-                                struct study_cut proposed[API_STUDY_CUTS],
+                                struct study_ridge ridges[API_STUDY_CUTS],
                                 struct study_row *row) STATUS_MUST_USE;
 
 #endif

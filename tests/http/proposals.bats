@@ -101,3 +101,27 @@ PYTHON
     jq -e '.variants | .failure == ["cut", "none"] and .cut_length[0] == null and (.cut_length[1] - 50 | fabs) < 0.01' \
         "$BATS_TEST_TMPDIR/out.json"
 }
+
+# dome LIMIT BUDGET: a study of the dome on its flange, whose edges are its four straight sides.
+dome() {
+    jq -nc --arg file "$PWD/api/examples/dome.step" --argjson limit "$1" --argjson budget "$2" \
+        '{drape: {surface: {$file, grow_from: 6, up_to_deg: 20}, fabric: {spacing: 4, locking_angle_deg: $limit}},
+          vary: {splits: "proposed"}, $budget}' >"$BATS_TEST_TMPDIR/dome.json"
+    "$DRAPE" "$BATS_TEST_TMPDIR/dome.json" -o "$BATS_TEST_TMPDIR/dome.out" 2>/dev/null
+}
+
+@test "ridges that end before an edge are cut from where they lead: the corners of a flange" {
+    dome 40 28
+    jq -e '.best.cut_length as $row | .summary.verdict.drapable and .variants.max_shear_deg[$row] <= 40 and
+        .variants.cloth_coverage[$row] >= 0.999 and (.proposed as $p |
+        [range($p.variant | length) | select($p.variant[.] == $row) |
+            [($p.mouth_x[.], $p.mouth_y[.] | fabs | . - 100 | fabs < 1e-6), $p.tip_z[.] > 20]] |
+        length == 4 and all(all))' "$BATS_TEST_TMPDIR/dome.out"
+}
+
+@test "a search that finds no cuts ends, and says what it tried" {
+    dome 12 24
+    jq -e '.summary | .verdict.drapable | not' "$BATS_TEST_TMPDIR/dome.out"
+    jq -r .summary.verdict.detail "$BATS_TEST_TMPDIR/dome.out" |
+        grep -qE '24 nets with up to [4-8] cuts were tried, so divide the ply there'
+}
