@@ -64,6 +64,81 @@ static void test_config_has_defaults(void **state) {
     assert_string_equal(err.text, "");
 }
 
+/* What an operator may give at the least and at the most; one less or more is refused by the name
+ * of the flag. */
+static void test_config_numbers_have_bounds(void **state) {
+    static const int64_t KIB = 1024, MIB = 1024 * KIB, GIB = 1024 * MIB;
+    const struct {
+        const char *flag;
+        int64_t least, most;
+    } bounds[] = {
+        {"--workers", 1, 1024},
+        {"--queue-limit", 1, 1000000000},
+        {"--max-body", KIB, 900 * MIB},
+        {"--max-mesh", KIB, 900 * MIB},
+        {"--max-bodies", KIB, 1024 * GIB},
+        {"--max-nodes", 1, 1000000000},
+        {"--max-variants", 1, 10000000},
+        {"--max-control-points", 4, 262144},
+        {"--max-elements", 16, 1000000000},
+        {"--threads-per-job", 1, 64},
+        {"--max-depth", 8, 1000},
+        {"--job-timeout", 1, 604800},
+        {"--lease", 2, 3600},
+        {"--job-memory", 16 * MIB, 1024 * GIB},
+        {"--check-memory", 64 * MIB, 1024 * GIB},
+        {"--import-timeout", 1, 86400},
+        {"--check-timeout", 1, 3600},
+        {"--max-result", MIB, 1024 * GIB},
+        {"--retention", 1, 876000},
+        {"--retention-jobs", 1, 3504000},
+        {"--retention-bytes", 0, 1024 * 1024 * GIB},
+        {"--max-connections", 16, 1000000},
+        {"--owner-queue", 1, 1000000000},
+        {"--owner-running", 0, 1000000},
+        {"--owner-bytes", 0, 1024 * 1024 * GIB},
+        {"--owner-connections", 1, 1000000},
+        {"--owner-streams", 1, 1000000},
+        {"--owner-bodies", KIB, 1024 * GIB},
+        {"--drain-timeout", 0, 25},
+    };
+    (void)state;
+    for (size_t k = 0; k < sizeof bounds / sizeof *bounds; k++)
+        for (int side = 0; side < 4; side++) {
+            struct config config;
+            char text[32], said[128];
+            int64_t value = side < 2 ? bounds[k].least : bounds[k].most;
+            bool beyond = side == 0 || side == 3;
+            value += (side == 3) - (side == 0);
+            snprintf(text, sizeof text, "%lld", (long long)value);
+            snprintf(said, sizeof said, "%s: %s is out of range; it takes %lld to %lld",
+                     bounds[k].flag, text, (long long)bounds[k].least, (long long)bounds[k].most);
+            /* together with others the least and the most may make no sense */
+            bool refused = parse(&config, bounds[k].flag, text, NULL, NULL) == CONFIG_BAD &&
+                           strstr(err.text, value < 0 ? "is not a number" : said);
+            if (refused != beyond)
+                fail_msg("%s %s: %s", bounds[k].flag, text, err.text);
+        }
+}
+
+/* A store that is opened without more is as the daemon opens it without flags. */
+static void test_config_of_the_store_is_its_own_defaults(void **state) {
+    const struct store_options *options = &store_options_default;
+    const int64_t second = 1000000, hour = 3600 * second;
+    struct config config;
+    (void)state;
+    assert_int_equal(parse(&config, NULL, NULL, NULL, NULL), CONFIG_RUN);
+    assert_int_equal(options->queue_limit, config.queue_limit);
+    assert_int_equal(options->lease_us, config.lease * second);
+    assert_int_equal(options->retention_us, config.retention * hour);
+    assert_int_equal(options->records_us, config.retention_jobs * hour);
+    assert_int_equal(options->retention_bytes, config.retention_bytes);
+    assert_int_equal(options->owner_running, config.owner_running);
+    assert_int_equal(options->max_attempts, 3);
+    assert_int_equal(options->busy_ms, 5000);
+    assert_int_equal(options->clock_trust_us, 300 * second);
+}
+
 /* A flag that holds a number or a choice, with a good value, its variable and a bad value. */
 static const struct {
     const char *flag, *variable, *text;
@@ -297,6 +372,8 @@ static void test_config_tells_its_limits_as_json(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_config_has_defaults),
+        cmocka_unit_test(test_config_numbers_have_bounds),
+        cmocka_unit_test(test_config_of_the_store_is_its_own_defaults),
         cmocka_unit_test(test_config_takes_every_flag_in_both_spellings),
         cmocka_unit_test(test_config_takes_every_variable),
         cmocka_unit_test(test_config_flag_wins_over_variable),
