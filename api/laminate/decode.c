@@ -299,7 +299,6 @@ enum api_problem_id laminate_decode(const struct api_input *input, const struct 
         decode_common(&root, input, limits, &common);
         laminate->surface = common.surface;
         laminate->length_unit = common.length_unit;
-        laminate->unit_of_surface = common.unit_of_surface;
         struct stack_cavity *own = &laminate->cavity;
         struct json_value pressure = value_member(&cavity, "pressure");
         struct json_value height = value_member(&cavity, "height");

@@ -121,7 +121,6 @@ struct laminate_ply {
 struct laminate {
     struct api_surface surface;
     const struct api_unit *length_unit;
-    bool unit_of_surface; /* as in `api_request` */
     struct laminate_ply *plies;
     size_t count;
     size_t ply_count; /* of the request: `count` less the further pieces */

@@ -54,8 +54,7 @@ const char *laminate_normalise(const struct laminate *laminate, struct arena *ar
     const struct stack_cavity *cavity = &laminate->cavity;
     struct api_text text = api_text_growing(arena);
     api_text_raw(&text, "{");
-    api_normalise_ground(&text, &laminate->surface,
-                         laminate->unit_of_surface ? NULL : laminate->length_unit);
+    api_normalise_ground(&text, &laminate->surface, laminate->length_unit);
     if (cavity->kind == STACK_FLEXIBLE) {
         api_text_key_string(&text, "cavity", "flexible");
     } else {

@@ -429,7 +429,6 @@ static bool find_revision(struct laminate *laminate, const char surface[API_ID_S
                           struct arena *arena) {
     struct laminate named = *laminate;
     struct arena_mark mark = arena_mark(arena);
-    named.unit_of_surface = false;
     memcpy(named.surface.id, surface, sizeof named.surface.id);
     const char *document = laminate_normalise(&named, arena);
     struct api_text text = api_text_growing(arena);
