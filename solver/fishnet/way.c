@@ -280,21 +280,21 @@ static bool crosses_crease(const struct surface_point *from, const struct surfac
 }
 
 /* Whether piece k ends on that joint. */
-static bool ends_on(const struct way *way, int k, const struct crossing *joint) {
+static bool ends_on(const struct way *way, int k, int32_t joint) {
     int on = k + 1 < way->pieces ? way->on[k + 1] : WAY_ALONG;
-    return on >= WAY_JOINT && way->joint[on - WAY_JOINT].number == joint->number;
+    return on >= WAY_JOINT && way->joint[on - WAY_JOINT].number == joint;
 }
 
 bool way_holds(const struct way *way) {
     for (int k = 0; k < way->pieces; k++) {
         const struct surface_point *from = way->from[k], *to = way->to[k];
-        struct crossing joint;
-        double share;
+        struct crossing_exit exit;
         if (from->surface->has_folds &&
             (crosses_crease(from, to, 0) || crosses_crease(from, to, 1)))
             return false;
-        if (way->joints > 0 && crossing_on_way(from->surface, from->uv, to->uv, &share, &joint) &&
-            share > beside && share < 1 - (ends_on(way, k, &joint) ? off_segment : beside))
+        if (way->joints > 0 && crossing_leaves(from->surface, from->uv, to->uv, &exit) &&
+            exit.share > beside &&
+            exit.share < 1 - (ends_on(way, k, exit.edge) ? off_segment : beside))
             return false;
     }
     return true;

@@ -378,15 +378,14 @@ bool path_advance_both(struct path path[2], const double length[2]) {
 static bool nudge(struct path *g, double length) {
     struct path_event event;
     struct path_footing at = path_footing_of(g);
-    struct crossing joint;
+    struct crossing_exit exit;
     vec4 y;
-    double share;
     if (!path_parabola(g, &at, length, &y)) {
         y = at.state[0];
         path_short_step(g, 0, length, &y);
     }
     const double uv[2] = {y[0], y[1]};
-    if (g->surface->shell && crossing_on_way(g->surface, g->uv, uv, &share, &joint))
+    if (g->surface->shell && crossing_leaves(g->surface, g->uv, uv, &exit))
         return false;
     if (g->ahead > 0 || path_first_event(g, &y, &event))
         return false;

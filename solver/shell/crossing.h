@@ -77,9 +77,19 @@ bool crossing_within(const struct surface *surface, const double uv[2]);
  */
 bool crossing_all_within(const struct surface *surface, const double low[2], const double high[2]);
 
-/* The joint over which the way from one place of a face to another first leaves its region: the
- * share of the way, 0..1, that lies before it. `crossing` may be NULL. False when it meets none
- * from inside. */
+/* Where a way leaves the region of a face. */
+struct crossing_exit {
+    double share; /* of the way, 0..1, that lies before it */
+    double t;     /* the place of the joint */
+    int32_t edge; /* its number */
+};
+
+/* Where the way from one place of a face to another first leaves its region over a joint. False
+ * when it meets none from inside. */
+bool crossing_leaves(const struct surface *surface, const double from[2], const double to[2],
+                     struct crossing_exit *exit);
+
+/* That joint, too, and the share of the way that lies before it. */
 bool crossing_on_way(const struct surface *surface, const double from[2], const double to[2],
                      double *share, struct crossing *crossing);
 

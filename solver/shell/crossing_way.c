@@ -88,8 +88,8 @@ static bool ends_open(const struct face *face, const struct face_run *run,
            (edge->open[1] && last->t[1] == edge->t[1]);
 }
 
-bool crossing_on_way(const struct surface *surface, const double from[2], const double to[2],
-                     double *share, struct crossing *crossing) {
+bool crossing_leaves(const struct surface *surface, const double from[2], const double to[2],
+                     struct crossing_exit *exit) {
     const struct face *face = face_of_surface(surface);
     struct leaving leaving = {.surface = surface, .least = HUGE_VAL, .edge = -1};
     double end[2];
@@ -119,14 +119,19 @@ bool crossing_on_way(const struct surface *surface, const double from[2], const 
             leave_segment(&leaving, &face->segments[run->first + s], near);
         r = may ? r + 1 : run->next;
     }
-    if (leaving.edge < 0)
+    *exit = (struct crossing_exit){leaving.least, leaving.t, leaving.edge};
+    return leaving.edge >= 0;
+}
+
+bool crossing_on_way(const struct surface *surface, const double from[2], const double to[2],
+                     double *share, struct crossing *crossing) {
+    struct crossing_exit exit;
+    if (!crossing_leaves(surface, from, to, &exit))
         return false;
-    *share = leaving.least;
-    if (!crossing)
-        return true;
-    crossing->number = leaving.edge;
+    *share = exit.share;
+    crossing->number = exit.edge;
     crossing->distance = 0;
     for (int k = 0; k < 2; k++)
-        crossing->edge[k] = from[k] + *share * leaving.e[k];
-    return crossing_move(surface, leaving.t, crossing);
+        crossing->edge[k] = from[k] + exit.share * (to[k] - from[k]);
+    return crossing_move(surface, exit.t, crossing);
 }
