@@ -6,6 +6,9 @@
 
 enum { HOPS_MAX = 16, END_ROUNDS = 3, BORDER_ROUNDS = 12 };
 
+/* Halves of halves of an edge: of fewer than 2^32 segments. */
+enum { RUN_DEPTH_MAX = 32 };
+
 /* A joint is preferred to a free edge that is no nearer than this. */
 static const double as_near = 1e-9;
 
@@ -67,7 +70,7 @@ struct edge_search {
     double at[2];
     double least[2]; /* what a way dx or dy, to whatever, measures at least, over its square; */
     double share;    /* and a way (dx, dy), of E dx^2 + G dy^2 */
-    const struct face_run *likely[BEYONDS]; /* that may be nearest; looked into first */
+    const struct face_run *likely[BEYONDS]; /* edges that may be nearest; looked into first */
     struct hit hit[BEYONDS];
 };
 
@@ -134,15 +137,34 @@ static bool is_leaf(const struct face *face, const struct face_run *run) {
     return run->next == (uint32_t)(run - face->runs) + 1;
 }
 
-/* The run without halves that one comes to by that half, again and again, which may be nearer. */
-static const struct face_run *nearest_leaf(const struct edge_search *search,
-                                           const struct face_run *run) {
+/* A run that is still to be looked into, and what it falls short of by no segment. */
+struct waiting_run {
+    const struct face_run *run;
+    double least;
+};
+
+/* Looks into all of an edge that may decide: of two halves first into that which may be nearer. */
+static void try_edge(struct edge_search *search, const struct face_run *whole, double least,
+                     int to) {
     const struct face *face = face_of_surface(search->surface);
-    while (!is_leaf(face, run)) {
-        const struct face_run *half = run + 1, *other = &face->runs[half->next];
-        run = least_to_run(search, other) < least_to_run(search, half) ? other : half;
+    struct waiting_run stack[RUN_DEPTH_MAX];
+    int count = 1;
+    stack[0] = (struct waiting_run){whole, least};
+    while (count > 0) {
+        struct waiting_run at = stack[--count];
+        while (may_decide(search, at.least, to)) {
+            if (is_leaf(face, at.run)) {
+                try_run(search, at.run, to);
+                break;
+            }
+            struct waiting_run half = {at.run + 1, 0}, other = {&face->runs[at.run[1].next], 0};
+            half.least = least_to_run(search, half.run);
+            other.least = least_to_run(search, other.run);
+            bool second = other.least < half.least;
+            stack[count++] = second ? half : other;
+            at = second ? other : half;
+        }
     }
-    return run;
 }
 
 /* The nearest places on joints and on free edges of the point's face; on joints to the face
@@ -163,7 +185,7 @@ static void nearest_edges(const struct surface_point *point, const double metric
         search.share = 1 - as_near - fabs(metric[1]) / sqrt(metric[0] * metric[2]);
     for (int b = 0; b < BEYONDS; b++)
         search.hit[b] = (struct hit){.distance2 = HUGE_VAL};
-    /* first the run of each kind that may be nearest, the nearest of them first */
+    /* first the edge of each kind that may be nearest, the nearest of them first */
     double least[BEYONDS] = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
     for (uint32_t r = 0; r < face->run_count; r = face->runs[r].next) {
         int to = beyond_run(&search, &face->runs[r]);
@@ -177,18 +199,15 @@ static void nearest_edges(const struct surface_point *point, const double metric
         int first = 0;
         for (int b = 1; b < BEYONDS; b++)
             first = least[b] < least[first] ? b : first;
-        if (search.likely[first] && may_decide(&search, least[first], first))
-            try_run(&search, search.likely[first] = nearest_leaf(&search, search.likely[first]),
-                    first);
+        if (search.likely[first])
+            try_edge(&search, search.likely[first], least[first], first);
         least[first] = HUGE_VAL;
     }
-    for (uint32_t r = 0; r < face->run_count;) {
+    for (uint32_t r = 0; r < face->run_count; r = face->runs[r].next) {
         const struct face_run *run = &face->runs[r];
         int to = beyond_run(&search, run);
-        bool may = to != BEYONDS && may_decide(&search, least_to_run(&search, run), to);
-        if (may && is_leaf(face, run) && run != search.likely[to])
-            try_run(&search, run, to);
-        r = may ? r + 1 : run->next;
+        if (to != BEYONDS && run != search.likely[to])
+            try_edge(&search, run, least_to_run(&search, run), to);
     }
     *free = search.hit[TO_NOTHING];
     *joint = search.hit[TO_FACE];
