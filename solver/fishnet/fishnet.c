@@ -236,12 +236,11 @@ static bool is_on_other_face(const struct surface_point *corner,
  * further off than this share of the shorter edge, and twice the gap. */
 static const double at_joint = 1e-4;
 
-/* Newton on a face; where it ends outside its region beyond a joint, on the next one, unless it is
- * to `stay`: then there is none. A point that
+/* Newton on a face; where it ends outside its region beyond a joint, on the next one. A point that
  * either face of a joint carries to the other belongs to them next to the joint alone: at a sharp
  * crease the continuations of both may have a root, and neither face. */
 static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell,
-                            struct surface_place *begin, bool stay, struct fishnet_node *node) {
+                            struct surface_place *begin, struct fishnet_node *node) {
     const struct surface *last = NULL;
     const struct shell *shell = cell->c->surface->shell;
     double least = fmin(cell->bd, cell->cd);
@@ -268,8 +267,6 @@ static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_
         }
         if (crossing->kind != CROSSING_JOINT)
             return true;
-        if (stay)
-            return false;
         if (crossing->beyond == last) {
             double gap = shell_edges(shell).largest_gap;
             return crossing->at_corner || crossing->distance <= at_joint * least + 2 * gap;
@@ -282,7 +279,8 @@ static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_
 }
 
 /* D by the k-th place to start from. Beyond the boundary, where most places outside their face are,
- * it belongs to the face that they are on: that is tried before they are carried anywhere. */
+ * it belongs to the face that they are on: from there it is looked for, over joints where it lies
+ * past them, before the place is carried anywhere. */
 static bool solve_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell, int k,
                            struct fishnet_node *node) {
     struct surface_place begin;
@@ -291,14 +289,13 @@ static bool solve_on_shell(struct surface_cursor *cursor, const struct fishnet_c
     if (k < PREDICTORS && !crossing_within(begin.surface, begin.uv)) {
         struct surface_place own = begin;
         const int before = node->iterations;
-        if (newton_on_shell(cursor, cell, &own, true, node) &&
-            fishnet_right_root(cell, &node->point))
+        if (newton_on_shell(cursor, cell, &own, node) && fishnet_right_root(cell, &node->point))
             return true;
         node->iterations = before;
         if (!settle_place(cursor, &begin))
             return false;
     }
-    return newton_on_shell(cursor, cell, &begin, false, node);
+    return newton_on_shell(cursor, cell, &begin, node);
 }
 
 bool fishnet_has_collapsed(const struct fishnet_cell *cell) {
