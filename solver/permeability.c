@@ -10,9 +10,9 @@ static void shear_sincos(double shear_deg, double *sine, double *cosine) {
     *cosine = *cosine > PERMEABILITY_LEAST_COSINE ? *cosine : PERMEABILITY_LEAST_COSINE;
 }
 
-/* (cos gamma)^(1 - c): what a cell has of its unsheared area. */
+/* (cos gamma)^(1 - c): what a cell has of its unsheared area; all of it with c = 1. */
 static double area_share(double cosine, double slide) {
-    return slide > 0 ? power_exp((1 - slide) * power_log(cosine)) : cosine;
+    return slide == 1 ? 1 : slide > 0 ? power_exp((1 - slide) * power_log(cosine)) : cosine;
 }
 
 double permeability_areal_ratio(double shear_deg, double slide) {
