@@ -3,6 +3,7 @@
 
 #include "api/json/text.h"
 #include "api/json/value.h"
+#include "solver/wide.h"
 #include <endian.h>
 #include <math.h>
 #include <stdlib.h>
@@ -94,15 +95,18 @@ static enum api_problem_id send(const struct api_sink *sink, const void *bytes, 
 
 /* A number that is not finite has all bits of its exponent set: one more would carry into the sign.
  */
-static bool all_finite(const double *values, size_t count) {
+WIDE_CLONES static bool all_finite(const double *values, size_t count) {
+    typedef uint64_t bits4 __attribute__((vector_size(4 * VALUE)));
     const uint64_t one = (uint64_t)1 << 52, exponent = 0x7ff * one;
-    uint64_t carried = 0;
-    for (size_t i = 0; i < count; i++) {
-        uint64_t bits;
-        memcpy(&bits, &values[i], sizeof bits);
+    bits4 bits, carried = {0};
+    for (; count >= 4; count -= 4, values += 4) {
+        memcpy(&bits, values, sizeof bits);
         carried |= (bits & exponent) + one;
     }
-    return carried >> 63 == 0;
+    bits = (bits4){0};
+    memcpy(&bits, values, count * VALUE);
+    carried |= (bits & exponent) + one;
+    return (carried[0] | carried[1] | carried[2] | carried[3]) >> 63 == 0;
 }
 
 /* The result header is made in a buffer that leaves room for the prefix, so that one write sends
@@ -304,9 +308,9 @@ bool api_columns_read(const struct api_reader *reader, const struct api_column *
         unpack_whole(4, values, stored);
     else
         swap_values(values, stored);
-    /* Whole numbers lie within 2^53, where each is a double. */
+    /* Whole numbers, as those of fewer bytes are, lie within 2^53, where each is a double. */
     bool good = all_finite(values, stored);
-    for (size_t i = 0; column->integer && i < stored; i++)
+    for (size_t i = 0; column->integer && width[form] == VALUE && i < stored; i++)
         good &= fabs(values[i]) <= 0x1p53 && values[i] == floor(values[i]);
     if (!good)
         return false;

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ROWS = 10000 }; /* more than one block of the writer */
+enum { ROWS = 10003 }; /* more than one block of the writer, and no multiple of four */
 
 static bool fill_values(const void *context, size_t first, size_t count, double *values) {
     memcpy(values, (const double *)context + first, count * sizeof *values);
@@ -473,6 +473,7 @@ static void test_columns_refuse_to_read_values_that_are_no_numbers(void **state)
     struct sample *sample = sample_new(&random);
     struct api_problem problem;
     const double bad[] = {NAN, INFINITY, -INFINITY};
+    const size_t places[] = {0, 1, 2, 3, ROWS - 3, ROWS - 2, ROWS - 1};
     const char no_reason[] = {-1, DRAPE_REASON_COUNT, 127};
     assert_int_equal(write_sample(sample, 1 << 20, &problem), API_OK);
     assert_true(read_everything(&sample->container));
@@ -480,11 +481,14 @@ static void test_columns_refuse_to_read_values_that_are_no_numbers(void **state)
     char *reason = sample->container.data + sample->header.column[2].offset;
     assert_int_equal(sample->header.column[2].form, API_FORM_INT8);
     for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
-        double good;
-        memcpy(&good, x, sizeof good);
-        memcpy(x, &bad[k], sizeof bad[k]);
-        assert_false(read_everything(&sample->container));
-        memcpy(x, &good, sizeof good);
+        for (size_t n = 0; n < sizeof places / sizeof *places; n++) {
+            char *at = x + places[n] * sizeof(double);
+            double good;
+            memcpy(&good, at, sizeof good);
+            memcpy(at, &bad[k], sizeof bad[k]);
+            assert_false(read_everything(&sample->container));
+            memcpy(at, &good, sizeof good);
+        }
         *reason = no_reason[k];
         assert_false(read_everything(&sample->container));
         *reason = 0;
