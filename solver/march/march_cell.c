@@ -194,7 +194,8 @@ static double own_error(const struct march *march, const struct surface_point *a
 static const double grazing = 3e-3;
 
 /* Whether a yarn all but keeps to the face on which its ends are, along a joint that bends away
- * from it: geodesics over the joint do not come back. */
+ * from it: geodesics over the joint do not come back. Beyond a free edge it is on the continuation
+ * of its face anyway. */
 static bool grazes_joint(struct march *march, const struct surface_point *from, struct vec3 start,
                          const struct surface_point *to, double d) {
     struct surface_point middle;
@@ -203,7 +204,7 @@ static bool grazes_joint(struct march *march, const struct surface_point *from, 
         !surface_point_move(&march->cursor, from, vec3_scale(d / 2, start), &middle))
         return false;
     crossing_find(&middle, NULL, &joint);
-    return joint.kind == CROSSING_NONE || joint.distance <= grazing * d;
+    return joint.kind != CROSSING_JOINT || joint.distance <= grazing * d;
 }
 
 /* The geodesics from B and C that meet. One whose chord is longer than it is, but for what two

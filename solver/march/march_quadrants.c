@@ -119,9 +119,13 @@ enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t
         row->ended = true;
         return STATUS_OK;
     }
-    int32_t i = row->count++;
+    int32_t i = row->count;
     enum status status = march_place(q->march, i * q->si, j * q->sj, point, &zone);
     row->ended = zone == SURFACE_POINT_BEYOND;
+    /* nothing rests on what lies too far beyond the part, where parameters say nothing */
+    bool lost = status == STATUS_OK && row->ended &&
+                net_find(q->march->net, i * q->si, j * q->sj)->reason == DRAPE_REASON_BOUNDARY;
+    row->count += !lost;
     if (zone == SURFACE_POINT_INSIDE || (zone == SURFACE_POINT_GHOST && !has_left(q, i, j, point)))
         row->last = i;
     return status;

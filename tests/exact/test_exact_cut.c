@@ -15,7 +15,7 @@
 
 static const uint64_t SEED = 20261124;
 static const double SAME = 1e-6, SAME_GROWN = 1e-3; /* of a spacing */
-static const double DOMES_MOST = 0.015, PARTS_MOST = 0.02, OVERLAPS_MOST = 0.03,
+static const double DOMES_MOST = 0.015, PARTS_MOST = 0.02, OVERLAPS_MOST = 0.02,
                     RINGS_MOST = 0.55; /* that differ */
 static const double GAPS = 4;  /* that a node may be off by, for what a yarn adds up over some */
 static const double MOVED = 4; /* times as far as the whole's when it is moved by: */
@@ -332,6 +332,16 @@ static void test_exact_cut_ghosts_past_joints_that_overlap(void **state) {
         assert_int_equal(cut_overlapping_is_wrong(seeds[k]), 0);
 }
 
+/* Beyond a corner of the part a geodesic on the continuation of its face crosses no joint (the
+ * first); and no cell rests on a place that the net could not have (the others): whether one was
+ * found from there was a matter of parameters. */
+static void test_exact_cut_ghosts_past_corners(void **state) {
+    (void)state;
+    static const uint64_t seeds[] = {20261141, 20261275, 20261348};
+    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
+        assert_int_equal(cut_overlapping_is_wrong(seeds[k]), 0);
+}
+
 /* Weights that spread over 1e24, as a projective change of parameter makes them of degree 6: they
  * were balanced the wrong way, and Newton's method found nodes past infinite parameters. */
 static void test_exact_cut_weights_that_spread_far(void **state) {
@@ -411,7 +421,7 @@ static void test_exact_cut_barrels_hourglasses_and_flanges_are_tubes(void **stat
 /* Straight ahead of the slit over the hole of a flange lies its start: there nothing is cut. */
 static void test_exact_cut_slit_ends_in_a_hole(void **state) {
     (void)state;
-    static const uint64_t seeds[] = {20261163, 20261167, 20261226, 20261357};
+    static const uint64_t seeds[] = {20261167, 20261226, 20261357};
     for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
         assert_int_equal(cut_ring_is_wrong(seeds[k]), 0);
 }
@@ -496,6 +506,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_cut_trims_overlap_or_leave_gaps),
         cmocka_unit_test(test_exact_cut_ghosts_past_joints_that_overlap),
+        cmocka_unit_test(test_exact_cut_ghosts_past_corners),
         cmocka_unit_test(test_exact_cut_weights_that_spread_far),
         cmocka_unit_test(test_exact_cut_where_parameters_turn_back),
         cmocka_unit_test(test_exact_cut_arm_that_all_but_meets_a_pole),
