@@ -10,11 +10,13 @@ double study_range(const struct api_study *study, enum quantity_id id, double va
     case QUANTITY_UNCOVERED_AREA:
     case QUANTITY_WASTE_AREA:
         return study->part.area;
+    case QUANTITY_CUT_LENGTH:
+        return sqrt(study->part.area);
     case QUANTITY_FRACTION_RANGE:
     case QUANTITY_K1_RATIO:
         return fmax(fabs(value), 1);
-    default:
-        return quantities[id].most - quantities[id].least;
+    default: /* these begin at 0 */
+        return quantities[id].most;
     }
 }
 

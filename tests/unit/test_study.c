@@ -2,6 +2,8 @@
 #include "studied.h"
 
 #include "api/format/format.h"
+#include "api/study/score.h"
+#include "api/study/task.h"
 #include "tests/check.h"
 #include <jansson.h>
 #include <math.h>
@@ -301,6 +303,86 @@ static void test_study_goes_on_after_a_variant_that_cannot_be_draped(void **stat
     bytes_free(&part);
 }
 
+/* On a part of 4 m^2 a limit is missed by a share of what the quantity ranges over there; a ratio
+ * of no end, by a share of the limit. */
+static void test_study_violations_are_shares_of_ranges(void **state) {
+    static const struct {
+        enum quantity_id id;
+        double min, max, value, share; /* min or max HUGE_VAL: there is none */
+    } cases[] = {{QUANTITY_MAX_SHEAR, HUGE_VAL, 30, 39, 0.1},
+                 {QUANTITY_MEAN_SHEAR, HUGE_VAL, 30, 29, 0},
+                 {QUANTITY_ANGLE_DEVIATION, HUGE_VAL, 0, 45, 0.5},
+                 {QUANTITY_CLOTH_COVERAGE, 0.9, HUGE_VAL, 0.4, 0.5},
+                 {QUANTITY_CLOTH_COVERAGE, 0.2, 0.5, 0.3, 0},
+                 {QUANTITY_CLOTH_COVERAGE, 0.2, 0.5, 0.75, 0.25},
+                 {QUANTITY_WASTE_AREA, HUGE_VAL, 1, 3, 0.5},
+                 {QUANTITY_UNCOVERED_AREA, 2, HUGE_VAL, 1, 0.25},
+                 {QUANTITY_LOCKED_AREA, HUGE_VAL, 0, 4, 1},
+                 {QUANTITY_SEVERITY_AREA, HUGE_VAL, 0, 1, 0.25},
+                 {QUANTITY_CUT_LENGTH, HUGE_VAL, 1, 2, 0.5},
+                 {QUANTITY_K1_RATIO, HUGE_VAL, 5, 10, 1},
+                 {QUANTITY_FRACTION_RANGE, HUGE_VAL, 0.25, 0.75, 0.5}};
+    static struct api_study study;
+    static struct study_row row;
+    (void)state;
+    study.part.area = 4;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        struct study_limit *limit = &study.request.limit[cases[k].id];
+        *limit = (struct study_limit){.has_min = cases[k].min < HUGE_VAL,
+                                      .min = cases[k].min,
+                                      .has_max = cases[k].max < HUGE_VAL,
+                                      .max = cases[k].max};
+        row.quantity[cases[k].id] = cases[k].value;
+        check_at_most(fabs(study_violation(&study, &row) - cases[k].share), 1e-15);
+        *limit = (struct study_limit){.has_min = false};
+    }
+    row.failure = FAILURE_CRASHED;
+    assert_true(study_violation(&study, &row) == HUGE_VAL);
+}
+
+/* A net that is twice as coarse has a quarter of the nodes. */
+static void test_study_counts_the_nodes_of_coarse_nets(void **state) {
+    static struct api_study study;
+    (void)state;
+    study.part.area = 6;
+    study.request.drape.settings.spacing[0] = 0.1;
+    study.request.drape.settings.spacing[1] = 0.2;
+    check_at_most(fabs(study_nodes(&study, 1) - 301), 1e-9);
+    check_at_most(fabs(study_nodes(&study, 2) - 76), 1e-9);
+    check_at_most(fabs(study_cost(&study, 2) - drape_method_traits[0].cost * 76), 1e-9);
+}
+
+/* While it goes on the least so far is told, of each objective and of no more; of what failed, or
+ * misses a limit by more, nothing. */
+static void test_study_tells_the_best_so_far(void **state) {
+    enum { ROWS = 5, ROW = STUDY_ROW_NUMBERS, FAILED = 10, SHEAR = ROW - QUANTITY_COUNT };
+    static double numbers[ROWS * ROW];
+    static const double shears[ROWS] = {5, 1, 3, 4, 2}, covers[ROWS] = {1, 1, 1, 1, 0.4};
+    struct bytes text = studied_text(studied_roof, "\"vary\":{\"start\":{\"grid\":300}},"
+                                                   "\"objectives\":[\"max_shear_deg\"],"
+                                                   "\"limits\":{\"cloth_coverage\":{\"min\":0.5}}");
+    const struct api_input input = studied_input(&text);
+    struct api_problem problem = {0};
+    struct api_study_plan plan = {0};
+    struct arena *arena = arena_new((size_t)1 << 28);
+    (void)state;
+    prepare();
+    struct api_study *study = api_study_open(&input, &api_limits_default, &problem);
+    assert_non_null(study);
+    for (size_t k = 0; k < ROWS; k++) {
+        numbers[k * ROW + SHEAR + QUANTITY_MAX_SHEAR] = shears[k];
+        numbers[k * ROW + SHEAR + QUANTITY_CLOTH_COVERAGE] = covers[k];
+    }
+    numbers[ROW + FAILED] = FAILURE_CRASHED;
+    const struct api_study_numbers so_far = {numbers, ROWS * ROW};
+    assert_int_equal(api_study_plan(study, &so_far, arena, &plan, &problem), API_OK);
+    for (int id = 0; id < QUANTITY_COUNT; id++)
+        assert_true(id == QUANTITY_MAX_SHEAR ? plan.best[id] == 3 : isnan(plan.best[id]));
+    api_study_close(study);
+    arena_free(arena);
+    bytes_free(&text);
+}
+
 /* How many variants the first task of a study of 300 starts has. */
 static size_t first_task(const char *drape) {
     struct bytes text = studied_text(
@@ -496,6 +578,9 @@ static void test_study_quantities_do_not_jump(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_study_violations_are_shares_of_ranges),
+        cmocka_unit_test(test_study_counts_the_nodes_of_coarse_nets),
+        cmocka_unit_test(test_study_tells_the_best_so_far),
         cmocka_unit_test(test_study_variants_have_the_numbers_of_their_drapes),
         cmocka_unit_test(test_study_keeps_what_it_does_not_vary),
         cmocka_unit_test(test_study_has_the_same_bits_on_any_threads),
