@@ -131,7 +131,10 @@ class Test:
         for text in done.stdout.splitlines() if done else ():
             for file in json.loads(text)["files"]:
                 if file["file"] in files:
-                    yield file["file"], {line["line_number"]: line["count"] for line in file["lines"]}
+                    counts = collections.Counter()  # of all clones of a function
+                    for line in file["lines"]:
+                        counts[line["line_number"]] += line["count"]
+                    yield file["file"], counts
 
 
 def time_of_children():
