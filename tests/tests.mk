@@ -178,12 +178,13 @@ freecad: all ## after a change of the import or the workbench: parts that FreeCA
 	@BUILD=$(B) /usr/bin/python3 tests/import/freecad.py
 	@BUILD=$(B) /usr/bin/python3 tests/clients/freecad.py
 
-BENCHES := $(addprefix $(B)/tests/bench/bench_,solver surfaces shell courses parts store)
+BENCHES := $(addprefix $(B)/tests/bench/bench_,solver surfaces shell courses cuts parts store)
 bench: $(BENCHES) all $(B)/tests/import/make_parts ## after a change in solver/ or the store: ratios within one run
 	$<
 	$(B)/tests/bench/bench_surfaces
 	$(B)/tests/bench/bench_shell
 	$(B)/tests/bench/bench_courses
+	$(B)/tests/bench/bench_cuts
 	tests/bench/bench_parts.sh $(B)
 	tests/bench/bench_formats.sh $(B)
 	tests/bench/bench_map.sh $(B)
@@ -199,7 +200,7 @@ $(B)/tests/bench/bench_surfaces: $(call objects,$(addprefix tests/,bench/bench_s
         bench/surfaces.c exact/shapes.c exact/spline.c)) $(B)/libdrape.a
 	$(call say,LINK,$@)$(LINK) -o $@ $^ -lm
 
-$(B)/tests/bench/bench_shell $(B)/tests/bench/bench_courses: $(B)/%: $(B)/%.o \
+$(B)/tests/bench/bench_shell $(B)/tests/bench/bench_courses $(B)/tests/bench/bench_cuts: $(B)/%: $(B)/%.o \
         $(call objects,tests/exact/shapes.c tests/exact/spline.c) $(B)/libdrape.a
 	$(call say,LINK,$@)$(LINK) -o $@ $^ -lm
 

@@ -75,24 +75,38 @@ bool cuts_nearest(struct march *march, struct vec3 r, struct surface_point *plac
  * of faces, what lies to the left and to the right may not be told. */
 static const double at_end = 1e-3;
 
-/* The place of the line at s, or of the lip on its left (side 1) or right (-1). */
-static bool place_at(struct maker *m, double s, int side, struct surface_point *place) {
+/* The place of the line at s, from one near it or, where that is no place, from anywhere. */
+static bool place_on_line(struct maker *m, double s, struct surface_point *place,
+                          struct vec3 *along) {
+    struct vec3 r = path_at(&m->line, s, along);
+    struct surface_point near = *place;
+    double distance;
+    bool found = near.surface
+                     ? surface_point_nearest_from(&m->march->cursor, &near, r, place, &distance) &&
+                           !surface_point_at_pole(place->surface, place)
+                     : cuts_nearest(m->march, r, place);
+    if (!found)
+        place->surface = NULL;
+    return found;
+}
+
+/* Where its lips have a place beside that at s. */
+static double lip_at(const struct maker *m, double s) {
+    return fmax(at_end * m->spacing, fmin(s, m->line.length - at_end * m->spacing));
+}
+
+/* The place of the lip on the left (side 1) or right (-1) of a place of the line. */
+static struct surface_point place_beside(struct maker *m, const struct surface_point *place,
+                                         struct vec3 along, int side) {
     struct surface_cursor *cursor = &m->march->cursor;
-    struct vec3 along;
-    double inside = fmax(at_end * m->spacing, fmin(s, m->line.length - at_end * m->spacing));
-    if (!(side == 0 && cuts_nearest(m->march, path_at(&m->line, s, &along), place)) &&
-        !cuts_nearest(m->march, path_at(&m->line, inside, &along), place))
-        return false;
-    if (side == 0)
-        return true;
     struct vec3 step = vec3_scale(side * m->aside, vec3_unit(vec3_cross(place->normal, along)));
     struct surface_point there;
     if (!m->march->surface)
-        return cuts_nearest(m->march, vec3_add(place->jet.r, step), place);
-    if (surface_point_move(cursor, place, step, &there) &&
-        (!there.surface->shell || crossing_settle(cursor, &there)))
-        *place = there;
-    return true;
+        return cuts_nearest(m->march, vec3_add(place->jet.r, step), &there) ? there : *place;
+    return surface_point_move(cursor, place, step, &there) &&
+                   (!there.surface->shell || crossing_settle(cursor, &there))
+               ? there
+               : *place;
 }
 
 static bool add_stop(struct maker *m, double s) {
@@ -103,20 +117,31 @@ static bool add_stop(struct maker *m, double s) {
     return m->stops;
 }
 
+/* The place of a lip at s, from a place of the line near it. */
+static bool find_lip(struct maker *m, double s, int side, struct surface_point *near,
+                     struct surface_point *lip) {
+    struct vec3 along;
+    if (!place_on_line(m, lip_at(m, s), near, &along))
+        return false;
+    *lip = place_beside(m, near, along, side);
+    return true;
+}
+
 /* The stops at which a lip changes from face to face between two stops: the last before each change
  * and the first behind it. */
-static bool add_changes(struct maker *m, double from, double to, int side) {
+static bool add_changes(struct maker *m, double from, double to, int side,
+                        struct surface_point *near) {
     enum { CHANGES_MOST = 32 };
     struct surface_point begin, end, middle;
-    if (!place_at(m, to, side, &end))
+    if (!find_lip(m, to, side, near, &end))
         return true;
-    for (int n = 0; n < CHANGES_MOST && place_at(m, from, side, &begin); n++) {
+    for (int n = 0; n < CHANGES_MOST && find_lip(m, from, side, near, &begin); n++) {
         double low = from, high = to;
         if (begin.surface == end.surface)
             return true;
         while (high - low > change * m->spacing) {
             double half = (low + high) / 2;
-            if (!(half > low && half < high) || !place_at(m, half, side, &middle))
+            if (!(half > low && half < high) || !find_lip(m, half, side, near, &middle))
                 break;
             if (middle.surface == begin.surface)
                 low = half;
@@ -147,10 +172,11 @@ static enum status find_stops(struct maker *m) {
         for (size_t n = 1; n <= steps && all; n++)
             all = add_stop(m, line->at[k - 1] + length * (double)n / (double)steps);
     }
+    struct surface_point near = {.surface = NULL};
     size_t steps = m->count;
     for (size_t k = 1; k < steps && all && m->march->surface && m->march->surface->shell; k++)
-        all = add_changes(m, m->stops[k - 1], m->stops[k], 1) &&
-              add_changes(m, m->stops[k - 1], m->stops[k], -1);
+        all = add_changes(m, m->stops[k - 1], m->stops[k], 1, &near) &&
+              add_changes(m, m->stops[k - 1], m->stops[k], -1, &near);
     if (all)
         qsort(m->stops, m->count, sizeof *m->stops, compare_stops);
     return all ? STATUS_OK : STATUS_OUT_OF_MEMORY;
@@ -235,19 +261,23 @@ static enum status lay_cut(struct maker *m, struct cut *cut, struct curtain_line
         return STATUS_OUT_OF_MEMORY;
     line->posts = posts;
     line->count = 1;
+    struct surface_point place = {.surface = NULL}, lip;
     for (size_t k = 0; k < m->count; k++) {
-        struct vec3 along, r = path_at(&m->line, m->stops[k], &along), normal = {0, 0, 0};
-        struct surface_point place;
+        double s = m->stops[k], inside = lip_at(m, s);
+        struct vec3 along, r = path_at(&m->line, s, &along), normal = {0, 0, 0};
         fault->at = r;
         fault->kind = CUT_OFF_PART;
-        if (!place_at(m, m->stops[k], 0, &place) || !(vec3_distance(place.jet.r, r) <= m->spacing))
+        if ((!place_on_line(m, s, &place, &along) && !place_on_line(m, inside, &place, &along)) ||
+            !(vec3_distance(place.jet.r, r) <= m->spacing))
             return STATUS_CUT;
         posts[line->count].r = place.jet.r;
         posts[line->count].height = height_at(m, &place);
+        if (inside != s && !place_on_line(m, inside, &place, &along))
+            return STATUS_CUT;
         for (int side = 1; side >= -1; side -= 2) {
-            (void)place_at(m, m->stops[k], side, &place);
-            normal = vec3_add(normal, place.normal);
-            add_to_lip(m, cut, side < 0, &place);
+            lip = place_beside(m, &place, along, side);
+            normal = vec3_add(normal, lip.normal);
+            add_to_lip(m, cut, side < 0, &lip);
         }
         posts[line->count].normal = vec3_unit(normal);
         if (k > 0 &&

@@ -139,7 +139,8 @@ enum status march_place(struct march *march, int32_t i, int32_t j,
                         const struct surface_point *point, enum surface_point_zone *zone) {
     enum drape_reason reason = DRAPE_REASON_BOUNDARY;
     *zone = march_zone(march, point, i == 0 && j == 0, &reason);
-    march->edges.parted = march_find_parted(march, i, j, point);
+    bool beside = march_is_beside_cut(march, point->jet.r);
+    march->edges.parted = beside ? march_find_parted(march, i, j, point) : 0;
     int turn = count_turns(march, i, j, point);
     if (turn != 0) {
         bool beyond = *zone == SURFACE_POINT_BEYOND || turn > 1 || turn < -1;
@@ -168,7 +169,7 @@ enum status march_place(struct march *march, int32_t i, int32_t j,
                                                : 0,
                             .face = (uint16_t)march_face(march, point)};
     node.parted = march->edges.parted & 15u;
-    node.beside = march_is_beside_cut(march, point->jet.r);
+    node.beside = beside;
     node.rough = march->edges.rough;
     march->edges.rough = 0;
     enum status put = node.rough ? net_put_rough(march->net, i, j, &node, &march->edges.yarns)

@@ -262,10 +262,11 @@ bool march_is_beside_tip(const struct march *march, struct vec3 at);
 /* Whether it is nearer than so many spacings. */
 bool march_is_near_tip(const struct march *march, struct vec3 at, double reach);
 
-/* Whether a cut parts two places of the part near each other: the geodesic between them, or the
- * chord where there is none, passes it. */
-bool march_passes_cut(struct march *march, const struct surface_point *from,
-                      const struct surface_point *to);
+/* Whether a cut parts a node from a place of the part near it: the geodesic between them, or the
+ * chord where that tells or there is none, passes it. Of a place that is not beside a tip only
+ * where it is in space is asked. */
+bool march_is_hidden(struct march *march, const struct net_node *node,
+                     const struct surface_point *eye);
 
 /* Whether a cut is passed on the way from the place `eye` beside the lip of a cut to one on it, and
  * on along a geodesic from there. */
@@ -277,7 +278,7 @@ bool march_way_passes_cut(struct march *march, const struct surface_point *eye,
 bool march_is_parted(struct march *march, int32_t i, int32_t j, int di, int dj,
                      const struct surface_point *to);
 
-/* The same of all four, as NET_EDGE_BITs. */
+/* The same of all four, as NET_EDGE_BITs, of a point beside a cut. */
 uint8_t march_find_parted(struct march *march, int32_t i, int32_t j,
                           const struct surface_point *point);
 

@@ -156,13 +156,14 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j) {
     struct march *march = g->march;
     struct net *net = march->net;
     enum drape_reason reason = DRAPE_REASON_BOUNDARY, first = reason;
+    const struct net_node *round[3][3]; /* [row][column] */
     bool tried = false;
+    for (int k = 0; k < 9; k++)
+        round[k / 3][k % 3] = net_place(net, i + k % 3 - 1, j + k / 3 - 1);
     for (int k = 0; k < 4; k++) {
         int si = (i < 0 ? -1 : 1) * (k & 1 ? -1 : 1), sj = (j < 0 ? -1 : 1) * (k & 2 ? -1 : 1);
-        const struct net_node *a = net_place(net, i - si, j - sj);
-        const struct net_node *b = net_place(net, i - si, j), *c = net_place(net, i, j - sj);
-        const struct net_node *a2 = net_place(net, i - 2 * si, j - sj);
-        const struct net_node *b2 = net_place(net, i - 2 * si, j);
+        const struct net_node *a = round[1 - sj][1 - si];
+        const struct net_node *b = round[1][1 - si], *c = round[1 - sj][1];
         if (!a || !b || !c || (b->state != NET_INSIDE && c->state != NET_INSIDE) ||
             net_is_parted_to(a, b, 1, sj > 0) || net_is_parted_to(a, c, 0, si > 0))
             continue;
@@ -173,6 +174,8 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j) {
         bool regular = march_point_at(march, a, &at_a) && march_point_at(march, b, &at_b) &&
                        march_point_at(march, c, &at_c);
         reason = DRAPE_REASON_DEGENERATE;
+        const struct net_node *a2 = net_place(net, i - 2 * si, j - sj);
+        const struct net_node *b2 = net_place(net, i - 2 * si, j);
         if (regular && a2 && b2)
             cell.trend = vec3_sub(vec3_sub(at_b.jet.r, at_a.jet.r), vec3_sub(b2->r, a2->r));
         if (regular && march_solve_corner(march, &cell, &node, &reason)) {
@@ -200,7 +203,7 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j) {
     for (int k = 0; k < 4; k++) {
         int8_t di = sides[k][0], dj = sides[k][1];
         int32_t fi = i - di, fj = j - dj;
-        const struct net_node *from = net_place(net, fi, fj);
+        const struct net_node *from = round[1 - dj][1 - di];
         if (!from || from->state != NET_INSIDE)
             continue;
         bool goes_on = yarn_from(net, fi, fj, -di, -dj);

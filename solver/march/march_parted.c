@@ -16,17 +16,22 @@
 /* Corners of a cell are less than this many spacings apart. */
 static const double cell_reach = 2;
 
-/* Beside the tip of a cut, this near in spacings, paths are followed, in steps that are halved at
- * most so often: where normals turn by more than this cosine, and where they are longer than this
- * share of the way to the tip. */
-static const double beside_tip = 2, fold_cosine = 0.8, tip_share = 0.5;
-enum { HALVINGS = 12 };
+/* Beside the tip of a cut, this near in spacings, paths are followed, in steps of at least this
+ * share of their length over which normals turn by less than this cosine, and which are no longer
+ * than this share of the way to the tip; where their chord passes the cut than that one. */
+static const double beside_tip = 2, least_step = 1.0 / 4096, fold_cosine = 0.8, tip_share = 0.5,
+                    sure_share = 0.125;
+
+/* Not where the part is all but flat, so that normals at both ends and at the tip have at least
+ * this cosine, and the chord keeps as far from the tip as this share of its length. */
+static const double flat_cosine = 0.98, clear_share = 0.05;
 
 /* Where a way that begins on a lip is certainly off it, and how near it may come to a tip, in
  * spacings: the curtain ends a little before that. */
 static const double at_lip = 0.01, past_tip = 2e-3;
 
-/* A geodesic to a neighbour is its yarn if it is as long but for this share, and found to that. */
+/* A geodesic to a neighbour is its yarn if it is as long but for this share, and found and followed
+ * to that. */
 static const double as_long = 2e-2, found_to = 1e-6;
 
 bool march_is_beside_cut(const struct march *march, struct vec3 at) {
@@ -64,25 +69,52 @@ struct walk {
     double clear;
 };
 
-/* Moves on and says whether that passes a cut. As long as the chord of the step may do so, and
- * where that may leave the curtain, over a fold or as near to a tip as it is long, in halves. */
-static bool step_passes_cut(struct walk *walk, double step, int halvings) {
+/* Follows the way for a length and says whether that passes a cut: whether the chord of a step
+ * does, as long as that tells it. Where it may leave the curtain, over a fold or as near to a tip
+ * as it is long, the step is halved, or made as short as the way to the tip is wherever it leads.
+ */
+static bool walk_passes_cut(struct walk *walk, double length) {
+    walk->path.accuracy = found_to;
     const struct curtain *curtain = walk->march->cuts->curtain;
-    struct path ahead = walk->path;
-    struct surface_point point;
-    if (!path_advance(&ahead, step) ||
-        !path_surface_point(&ahead, &walk->march->cursor, &point, NULL))
-        return true;
-    bool parts = curtain_parts(curtain, walk->at.jet.r, point.jet.r, NULL);
-    double far = curtain_end_distance(curtain, point.jet.r);
-    bool coarse =
-        parts || vec3_dot(walk->at.normal, point.normal) < fold_cosine || step > tip_share * far;
-    if (coarse && halvings > 0)
-        return step_passes_cut(walk, step / 2, halvings - 1) ||
-               step_passes_cut(walk, step / 2, halvings - 1);
-    walk->path = ahead;
-    walk->at = point;
-    return parts || far < walk->clear;
+    const double least = least_step * length, nearer = tip_share / (1 + tip_share);
+    double far = curtain_end_distance(curtain, walk->at.jet.r), step = length;
+    for (double left = length; left > 0;) {
+        struct path ahead = walk->path;
+        struct surface_point point;
+        step = fmin(fmax(fmin(step, tip_share * far), least), left);
+        if (!path_advance(&ahead, step) ||
+            !path_surface_point(&ahead, &walk->march->cursor, &point, NULL))
+            return true;
+        bool parts = curtain_parts(curtain, walk->at.jet.r, point.jet.r, NULL);
+        double there = curtain_end_distance(curtain, point.jet.r);
+        bool folds = vec3_dot(walk->at.normal, point.normal) < fold_cosine;
+        if (step > least &&
+            (folds || step > tip_share * there || (parts && step > sure_share * there))) {
+            step = folds || parts || step <= nearer * far ? step / 2 : nearer * far;
+            continue;
+        }
+        if (parts || there < walk->clear)
+            return true;
+        walk->path = ahead;
+        walk->at = point;
+        left -= step;
+        far = there;
+        step = left;
+    }
+    return false;
+}
+
+/* Whether the chord between two places tells whether the geodesic passes a cut. */
+static bool chord_tells(const struct march *march, const struct surface_point *from,
+                        const struct surface_point *to) {
+    const struct curtain_post *tip = curtain_end(march->cuts->curtain, from->jet.r);
+    struct vec3 along = vec3_sub(to->jet.r, from->jet.r), off = vec3_sub(tip->r, from->jet.r);
+    double length2 = vec3_norm2(along), share = vec3_dot(off, along) / length2;
+    struct vec3 nearest = vec3_scale(share > 0 ? fmin(share, 1) : 0, along);
+    return vec3_dot(from->normal, to->normal) > flat_cosine &&
+           vec3_dot(from->normal, tip->normal) > flat_cosine &&
+           vec3_dot(to->normal, tip->normal) > flat_cosine &&
+           vec3_norm2(vec3_sub(off, nearest)) > clear_share * clear_share * length2;
 }
 
 /* How near a way may come to a tip. One that passes it nearer is taken to pass the cut, as the
@@ -103,8 +135,10 @@ static bool geodesic_passes_cut(struct march *march, const struct surface_point 
                                 const struct surface_point *to, struct vec3 direction,
                                 double length) {
     struct walk walk = {.march = march, .at = *from, .clear = least_clearance(march, from, to)};
+    if (chord_tells(march, from, to))
+        return chord_passes_cut(march, from, to);
     return !path_geodesic(&walk.path, from->surface, from, direction) ||
-           step_passes_cut(&walk, length, HALVINGS);
+           walk_passes_cut(&walk, length);
 }
 
 /* Where the yarn of a family through a node that is about to be placed leaves it to a side:
@@ -166,43 +200,53 @@ static bool yarn_passes_cut(struct march *march, int32_t i, int32_t j, int di, i
     return false;
 }
 
-bool march_is_parted(struct march *march, int32_t i, int32_t j, int di, int dj,
-                     const struct surface_point *to) {
-    const struct net_node *node = march->cuts ? march_node_at(march, i + di, j + dj) : NULL;
+/* Whether a cut near a point parts it from a neighbour. */
+static bool parts_neighbour(struct march *march, int32_t i, int32_t j, int di, int dj,
+                            const struct surface_point *to) {
+    const struct net_node *node = march_node_at(march, i + di, j + dj);
     struct surface_point from;
     if (!node || !(node->state == NET_INSIDE || node->state == NET_GHOST) ||
-        !march_is_beside_cut(march, to->jet.r) || !march_point_at(march, node, &from))
+        !march_point_at(march, node, &from))
         return false;
     return march->mesh || !march_is_beside_tip(march, to->jet.r)
                ? chord_passes_cut(march, &from, to)
                : yarn_passes_cut(march, i, j, di, dj, &from, to);
 }
 
+bool march_is_parted(struct march *march, int32_t i, int32_t j, int di, int dj,
+                     const struct surface_point *to) {
+    return march_is_beside_cut(march, to->jet.r) && parts_neighbour(march, i, j, di, dj, to);
+}
+
 uint8_t march_find_parted(struct march *march, int32_t i, int32_t j,
                           const struct surface_point *point) {
     uint8_t parted = 0;
-    for (int family = 0; family < 2 && march->cuts; family++)
+    for (int family = 0; family < 2; family++)
         for (int side = 0; side < 2; side++) {
             int step = side ? 1 : -1;
-            if (march_is_parted(march, i, j, family ? 0 : step, family ? step : 0, point))
+            if (parts_neighbour(march, i, j, family ? 0 : step, family ? step : 0, point))
                 parted |= NET_EDGE_BIT(family, side);
         }
     return parted;
 }
 
-bool march_passes_cut(struct march *march, const struct surface_point *from,
-                      const struct surface_point *to) {
-    double length = vec3_distance(to->jet.r, from->jet.r);
-    if (!march->cuts)
+bool march_is_hidden(struct march *march, const struct net_node *node,
+                     const struct surface_point *eye) {
+    struct surface_point from;
+    struct vec3 normal, end;
+    if (march->mesh || !march_is_beside_tip(march, eye->jet.r))
+        return curtain_parts(march->cuts->curtain, node->r, eye->jet.r, &normal) &&
+               march_point_at(march, node, &from) && vec3_dot(from.normal, normal) >= 0;
+    if (!march_point_at(march, node, &from))
         return false;
-    bool chord = chord_passes_cut(march, from, to);
-    if (march->mesh || !march_is_beside_tip(march, to->jet.r))
-        return chord;
-    struct vec3 start = surface_point_tangent(from, vec3_sub(to->jet.r, from->jet.r)), end;
-    return fishnet_geodesic_between(march->surface, &march->cursor, from, to, found_to, &length,
-                                    &start, &end)
-               ? geodesic_passes_cut(march, from, to, start, length)
-               : chord;
+    struct vec3 chord = vec3_sub(eye->jet.r, from.jet.r),
+                start = surface_point_tangent(&from, chord);
+    double length = vec3_norm(chord);
+    return !chord_tells(march, &from, eye) &&
+                   fishnet_geodesic_between(march->surface, &march->cursor, &from, eye, found_to,
+                                            &length, &start, &end)
+               ? geodesic_passes_cut(march, &from, eye, start, length)
+               : chord_passes_cut(march, &from, eye);
 }
 
 bool march_way_passes_cut(struct march *march, const struct surface_point *eye,
@@ -214,5 +258,5 @@ bool march_way_passes_cut(struct march *march, const struct surface_point *eye,
            !path_advance(&walk.path, first) ||
            !path_surface_point(&walk.path, &march->cursor, &walk.at, NULL) ||
            curtain_parts(march->cuts->curtain, eye->jet.r, walk.at.jet.r, NULL) ||
-           step_passes_cut(&walk, length - first, HALVINGS);
+           walk_passes_cut(&walk, length - first);
 }

@@ -35,8 +35,8 @@ static bool point_of(struct quadrant *q, int32_t i, int32_t j, struct surface_po
 static bool quadrant_is_parted(struct quadrant *q, int32_t i, int32_t j,
                                const struct surface_point *point) {
     int32_t at = i * q->si, row = j * q->sj;
-    return march_is_parted(q->march, at, row, -q->si, 0, point) ||
-           march_is_parted(q->march, at, row, 0, -q->sj, point);
+    return q->march->cuts && (march_is_parted(q->march, at, row, -q->si, 0, point) ||
+                              march_is_parted(q->march, at, row, 0, -q->sj, point));
 }
 
 /* Where the row below ended before place i, that is brought into being with the places under it, on

@@ -8,8 +8,8 @@
  * triangles (2 k, 2 k + 2, 2 k + 3) and (2 k, 2 k + 3, 2 k + 1). */
 struct curtain {
     struct vec3 *corners;
-    struct vec3 *normals; /* of the posts */
-    struct vec3 *ends;    /* of the lines */
+    struct vec3 *normals;      /* of the posts */
+    struct curtain_post *ends; /* of the lines */
     size_t line_count;
     size_t *first;       /* post of each strip: it goes on to the next one */
     struct boxes *boxes; /* round the strips */
@@ -26,15 +26,14 @@ enum status curtain_make(const struct curtain_line *lines, size_t count, struct 
     if (!curtain || !boxes ||
         !(curtain->corners = arena_alloc(arena, 2 * posts, sizeof(struct vec3))) ||
         !(curtain->normals = arena_alloc(arena, posts, sizeof(struct vec3))) ||
-        !(curtain->ends = arena_alloc(arena, count, sizeof(struct vec3))) ||
+        !(curtain->ends = arena_alloc(arena, count, sizeof(struct curtain_post))) ||
         !(curtain->first = arena_alloc(arena, posts, sizeof(size_t))))
         return STATUS_OUT_OF_MEMORY;
     *made = curtain;
     curtain->line_count = count;
     posts = 0;
     for (size_t n = 0; n < count; n++) {
-        const struct curtain_post *last = &lines[n].posts[lines[n].count - 1];
-        curtain->ends[n] = last->r;
+        curtain->ends[n] = lines[n].posts[lines[n].count - 1];
         for (size_t k = 0; k < lines[n].count; k++, posts++) {
             const struct curtain_post *post = &lines[n].posts[k];
             struct vec3 *own = &curtain->corners[2 * posts];
@@ -61,7 +60,7 @@ static bool note_strip(void *context, int32_t number) {
 bool curtain_is_near(const struct curtain *curtain, struct vec3 r, double reach) {
     struct box box = box_round(r, r, reach);
     bool near = false;
-    if (box_distance2(&curtain->box, r) <= reach * reach)
+    if (boxes_overlap(&curtain->box, &box) && box_distance2(&curtain->box, r) <= reach * reach)
         boxes_visit(curtain->boxes, &box, note_strip, &near);
     return near;
 }
@@ -86,11 +85,14 @@ static bool passes_edge(const struct way *way, size_t a, size_t b) {
 }
 
 static bool pierces(const struct way *way, size_t a, size_t b, size_t c) {
-    const struct vec3 *corners = way->curtain->corners;
-    bool begins = volume(corners[a], corners[b], corners[c], way->from) > 0;
-    bool ends = volume(corners[a], corners[b], corners[c], way->to) > 0;
+    const struct vec3 *corners = way->curtain->corners, at = corners[a];
+    struct vec3 normal = vec3_cross(vec3_sub(corners[b], at), vec3_sub(corners[c], at));
+    bool begins = vec3_dot(normal, vec3_sub(way->from, at)) > 0;
+    bool ends = vec3_dot(normal, vec3_sub(way->to, at)) > 0;
+    if (begins == ends)
+        return false;
     bool side = passes_edge(way, a, b);
-    return begins != ends && passes_edge(way, b, c) == side && passes_edge(way, c, a) == side;
+    return passes_edge(way, b, c) == side && passes_edge(way, c, a) == side;
 }
 
 static bool visit_curtain_strip(void *context, int32_t number) {
@@ -101,18 +103,24 @@ static bool visit_curtain_strip(void *context, int32_t number) {
     return !way->parted;
 }
 
+const struct curtain_post *curtain_end(const struct curtain *curtain, struct vec3 r) {
+    const struct curtain_post *nearest = curtain->ends;
+    for (size_t n = 1; n < curtain->line_count; n++)
+        if (vec3_norm2(vec3_sub(curtain->ends[n].r, r)) < vec3_norm2(vec3_sub(nearest->r, r)))
+            nearest = &curtain->ends[n];
+    return nearest;
+}
+
 double curtain_end_distance(const struct curtain *curtain, struct vec3 r) {
-    double least = HUGE_VAL;
-    for (size_t n = 0; n < curtain->line_count; n++)
-        least = fmin(least, vec3_distance(r, curtain->ends[n]));
-    return least;
+    return vec3_distance(r, curtain_end(curtain, r)->r);
 }
 
 bool curtain_parts(const struct curtain *curtain, struct vec3 from, struct vec3 to,
                    struct vec3 *normal) {
     struct way way = {.curtain = curtain, .from = from, .to = to};
     struct box box = box_round(from, to, 0);
-    boxes_visit(curtain->boxes, &box, visit_curtain_strip, &way);
+    if (boxes_overlap(&curtain->box, &box))
+        boxes_visit(curtain->boxes, &box, visit_curtain_strip, &way);
     if (normal && way.parted)
         *normal = curtain->normals[way.post];
     return way.parted;

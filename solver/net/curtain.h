@@ -37,7 +37,10 @@ enum status curtain_make(const struct curtain_line *lines, size_t count, struct 
 /* Whether a place may be within `reach` of the curtain. */
 bool curtain_is_near(const struct curtain *curtain, struct vec3 r, double reach);
 
-/* How far a place is from the nearest end of a line, its last post. */
+/* The end of a line, its last post, that is nearest to a place; there is one. */
+const struct curtain_post *curtain_end(const struct curtain *curtain, struct vec3 r);
+
+/* How far that is. */
 double curtain_end_distance(const struct curtain *curtain, struct vec3 r);
 
 /* Whether the straight way between two places pierces the curtain, and the part's normal there (may

@@ -3,6 +3,7 @@
 
 #include "rim_front.h"
 #include "solver/march/cuts.h"
+#include "solver/shell/crossing.h"
 #include "solver/surface/boxes.h"
 #include <string.h>
 
@@ -73,12 +74,31 @@ struct tracer {
 
 /* ---- a place to begin at ---- */
 
+/* A place beside the spot, moved to the part where that ends before it. */
+static struct vec3 on_part(const struct tracer *t, const struct rim_edge_point *spot,
+                           struct vec3 r) {
+    const struct surface *surface = rim_edges_surface(t->march, spot->face);
+    const struct vec3 along[2] = {spot->jet.u, spot->jet.v};
+    struct surface_point place;
+    double ab[2];
+    bool inside = surface && rim_cloth_components(along, vec3_sub(r, spot->r), ab);
+    for (int k = 0; k < 2 && inside; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        ab[k] += spot->uv[k];
+        inside = axis->closed ||
+                 (ab[k] >= surface_axis_lower(axis) && ab[k] <= surface_axis_upper(axis));
+    }
+    inside = inside && (!surface->shell || crossing_within(surface, ab));
+    return !inside && cuts_nearest(t->march, r, &place) ? place.jet.r : r;
+}
+
 /* A place beside the spot that is to be covered: towards the middle of its piece, whose ends may
  * lie on a cut. */
 static struct vec3 covered_beside(const struct tracer *t, const struct rim_edge_point *spot) {
     struct vec3 left = vec3_unit(vec3_cross(spot->normal, spot->dr));
     struct vec3 inward = vec3_axpy(1 - 2 * spot->t, vec3_unit(spot->dr), left);
-    return vec3_axpy(beside * t->spacing, inward, spot->r);
+    struct vec3 r = vec3_axpy(beside * t->spacing, inward, spot->r);
+    return t->march->cuts ? on_part(t, spot, r) : r;
 }
 
 /* Whether a node is on the same side of the cuts as what is to be covered beside the place. */

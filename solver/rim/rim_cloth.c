@@ -69,19 +69,19 @@ enum status rim_cloth_make(struct march *march, int32_t sights, struct rim_cloth
 }
 
 void rim_cloth_look(struct rim_cloth *cloth, int32_t sight, struct vec3 eye) {
-    const struct cuts *cuts = cloth->march->cuts;
-    const double *d = cloth->march->settings->spacing;
+    struct march *march = cloth->march;
+    const double *d = march->settings->spacing;
     cloth->sight = sight;
-    cloth->guarded = cuts && curtain_is_near(cuts->curtain, eye, sight_reach * fmax(d[0], d[1])) &&
-                     cuts_nearest(cloth->march, eye, &cloth->eye);
-    cloth->at_tip =
-        cloth->guarded && !cloth->march->mesh && march_is_near_tip(cloth->march, eye, tip_reach);
+    cloth->eye.jet.r = eye;
+    cloth->guarded =
+        march->cuts && curtain_is_near(march->cuts->curtain, eye, sight_reach * fmax(d[0], d[1]));
+    cloth->at_tip = cloth->guarded && !march->mesh && march_is_near_tip(march, eye, tip_reach);
+    if (cloth->at_tip && march_is_beside_tip(march, eye))
+        cloth->guarded = cloth->at_tip = cuts_nearest(march, eye, &cloth->eye);
 }
 
 bool rim_cloth_sees(const struct rim_cloth *cloth, const struct net_node *node) {
-    struct surface_point from;
-    return !cloth->guarded || !march_point_at(cloth->march, node, &from) ||
-           !march_passes_cut(cloth->march, &from, &cloth->eye);
+    return !cloth->guarded || !march_is_hidden(cloth->march, node, &cloth->eye);
 }
 
 /* The node of the net at (i, j) if it has a place and is seen; else NULL. */

@@ -396,6 +396,17 @@ static bool face_is_of(const struct face *face, int32_t component) {
     return !face->duplicate && (component == SHELL_ANY || face->component == component);
 }
 
+/* Of the faces but the first one, whose place is known: they may be nearer. */
+static void nearest_of_others(const struct shell *shell, struct vec3 point, int32_t component,
+                              int32_t first, struct shell_point *place, double *distance) {
+    for (size_t k = 0; k < shell->face_count; k++) {
+        const struct face *face = &shell->faces[k];
+        if ((int32_t)k != first && face_is_of(face, component) &&
+            box_distance2(&face->box, point) < *distance * *distance)
+            nearest_of_face(shell, face, point, place, distance);
+    }
+}
+
 void shell_nearest(const struct shell *shell, struct vec3 point, int32_t component,
                    struct shell_point *place, double *distance) {
     int32_t first = -1;
@@ -412,12 +423,21 @@ void shell_nearest(const struct shell *shell, struct vec3 point, int32_t compone
     if (first < 0)
         return;
     nearest_of_face(shell, &shell->faces[first], point, place, distance);
-    for (size_t k = 0; k < shell->face_count; k++) {
-        const struct face *face = &shell->faces[k];
-        if ((int32_t)k != first && face_is_of(face, component) &&
-            box_distance2(&face->box, point) < *distance * *distance)
-            nearest_of_face(shell, face, point, place, distance);
+    nearest_of_others(shell, point, component, first, place, distance);
+}
+
+void shell_nearest_from(const struct shell *shell, struct vec3 point, struct shell_point *place,
+                        double *distance) {
+    const struct face *face = &shell->faces[place->face];
+    double uv[2] = {place->inner[0], place->inner[1]};
+    *distance = surface_nearest_from(&face->surface, point, uv);
+    if (!face->surface.has_folds && face_contains(face, uv)) {
+        *place = shell_point_of(face, uv);
+    } else {
+        *distance = HUGE_VAL;
+        nearest_of_face(shell, face, point, place, distance);
     }
+    nearest_of_others(shell, point, face->component, place->face, place, distance);
 }
 
 static enum status make_shell(const struct shell_patch *patches, size_t count, double tolerance,

@@ -181,6 +181,11 @@ enum { SHELL_ANY = -1 };
 void shell_nearest(const struct shell *shell, struct vec3 point, int32_t component,
                    struct shell_point *place, double *distance);
 
+/* The same on the component of `place`, which is near it: of its own face the place to which the
+ * way from there leads down. */
+void shell_nearest_from(const struct shell *shell, struct vec3 point, struct shell_point *place,
+                        double *distance);
+
 /* The place of another face of the component of `face` that is nearest to `point`, if it is within
  * `reach` and inside that face's region. False where there is none. */
 bool shell_over(const struct shell *shell, struct vec3 point, int32_t face, double reach,

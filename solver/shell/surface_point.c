@@ -86,6 +86,23 @@ bool surface_point_nearest(const struct surface *surface, struct surface_cursor 
                             point);
 }
 
+bool surface_point_nearest_from(struct surface_cursor *cursor, const struct surface_point *near,
+                                struct vec3 r, struct surface_point *point, double *distance) {
+    const struct surface *surface = near->surface;
+    double uv[2] = {near->uv[0], near->uv[1]};
+    if (surface->shell) {
+        struct shell_point place = {.face = surface->face, .inner = {uv[0], uv[1]}};
+        shell_nearest_from(surface->shell, r, &place, distance);
+        return surface_point_at(shell_surface(surface->shell, place.face), cursor, place.inner,
+                                point);
+    }
+    if (surface->has_folds)
+        surface_nearest_at(surface, r, uv, distance);
+    else
+        *distance = surface_nearest_from(surface, r, uv);
+    return surface_point_at(surface, cursor, uv, point);
+}
+
 /* Two sides of a fold have less than this cosine between their normals. */
 static const double over_fold = 0.9999;
 

@@ -43,6 +43,10 @@ bool surface_point_at(const struct surface *surface, struct surface_cursor *curs
 bool surface_point_nearest(const struct surface *surface, struct surface_cursor *cursor,
                            struct vec3 r, struct surface_point *point, double *distance);
 
+/* The same, from a place near it. */
+bool surface_point_nearest_from(struct surface_cursor *cursor, const struct surface_point *near,
+                                struct vec3 r, struct surface_point *point, double *distance);
+
 /* A point on a fold has two frames, and Newton's last step, of rounding, may carry it over with
  * that of the side it comes from. Whether it is so, and `own` then the point with the frame of the
  * span in which its parameters lie, as `surface_point_at` has it. */

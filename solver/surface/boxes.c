@@ -38,11 +38,6 @@ double box_distance2(const struct box *box, struct vec3 p) {
     return x * x + y * y + z * z;
 }
 
-static bool boxes_overlap(const struct box *a, const struct box *b) {
-    return a->lower.x <= b->upper.x && b->lower.x <= a->upper.x && a->lower.y <= b->upper.y &&
-           b->lower.y <= a->upper.y && a->lower.z <= b->upper.z && b->lower.z <= a->upper.z;
-}
-
 /* ---- half of the items by one coordinate ---- */
 
 /* Twice the middle of a box along x, y or z. */

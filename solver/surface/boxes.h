@@ -29,6 +29,11 @@ struct box box_round(struct vec3 a, struct vec3 b, double margin);
 
 struct box box_join(const struct box *a, const struct box *b);
 
+static inline bool boxes_overlap(const struct box *a, const struct box *b) {
+    return a->lower.x <= b->upper.x && b->lower.x <= a->upper.x && a->lower.y <= b->upper.y &&
+           b->lower.y <= a->upper.y && a->lower.z <= b->upper.z && b->lower.z <= a->upper.z;
+}
+
 /* The square of the distance of a point from a box. */
 double box_distance2(const struct box *box, struct vec3 point);
 
