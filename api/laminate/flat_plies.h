@@ -30,7 +30,8 @@ struct flat_ply {
     struct flat_piece *piece; /* NULL: the ply is of one */
     struct polygons cloth;    /* all of its cloth, with what is cut off */
     double region_area;       /* of the cloth in its region, flat */
-    double surface;           /* of `cut`, on the part */
+    double surface;           /* of `cut`, on the part, .. */
+    double region_surface;    /* .. and of what of it lies in its region */
     double part_area;         /* of the part */
 };
 
