@@ -145,6 +145,36 @@ static void test_exact_courses_are_rectangles_where_surfaces_unroll(void **state
         }
 }
 
+/* What shear courses have on a cone is their method's own, whose order it has: the edges that they
+ * begin at are exact at any spacing. But for the last one, of which the part has one row. */
+static void test_exact_courses_on_a_cone_are_sheared_by_their_method_alone(void **state) {
+    (void)state;
+    static const double turn[2] = {-1, 1}, a[2] = {2, 0}, b[2] = {1, 2};
+    static const struct {
+        enum drape_method method;
+        double coarse_deg, ratio;
+    } all[] = {{DRAPE_GIB, 1e-2, 3.5}, {DRAPE_GIB4, 1e-3, 6}, {DRAPE_GEODESIC, 1e-3, 6}};
+    for (size_t m = 0; m < sizeof all / sizeof *all; m++) {
+        double shear[2] = {0, 0};
+        for (int k = 0; k < 2; k++) {
+            static struct shape shape;
+            struct plan plan;
+            struct laid laid;
+            shape_frustum(&shape, turn, a, b, HALF_PI);
+            plan_make(&plan, 0.32, 0, 0, k ? 0.04 : 0.08);
+            plan.settings.drape.method = all[m].method;
+            assert_int_equal(lay(&shape, &plan.settings, &laid), STATUS_OK);
+            for (size_t n = 0; n + 1 < laid.result.count; n++)
+                shear[k] = fmax(shear[k], laid.result.courses[n].net.summary.max_shear_deg);
+            arena_free(laid.arena);
+        }
+        print_message("# %-8s shear %.1e deg, of half the spacing %.1e\n",
+                      drape_method_names[all[m].method], shear[0], shear[1]);
+        check_at_most(shear[0], all[m].coarse_deg);
+        check_at_least(shear[0] / shear[1], all[m].ratio);
+    }
+}
+
 /* 4 x 2, courses of 0.35 with gaps of 0.01, the first 0.1 beyond the edge. */
 static void test_exact_courses_add_up_on_a_plane(void **state) {
     (void)state;
@@ -476,6 +506,7 @@ static void test_exact_courses_refuse_what_cannot_be_laid(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_courses_are_rectangles_where_surfaces_unroll),
+        cmocka_unit_test(test_exact_courses_on_a_cone_are_sheared_by_their_method_alone),
         cmocka_unit_test(test_exact_courses_add_up_on_a_plane),
         cmocka_unit_test(test_exact_courses_cover_the_part_at_a_slant),
         cmocka_unit_test(test_exact_courses_steer_by_their_gaps),
