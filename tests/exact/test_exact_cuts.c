@@ -382,6 +382,60 @@ static void test_what_is_no_cut_is_told(void **state) {
     }
 }
 
+/* The left lip of a cut that is given by its two ends, far from each other, as a line in space. */
+static size_t lay_far_cut(double spacing, struct arena *arena, struct vec3 **lip) {
+    static struct shape shape;
+    const double side[2] = {-100, 100}, a = -1.0 / 60, b = -1.0 / 300;
+    const struct vec3 path[2] = {{20, 100, (400 * a + 10000 * b) / 2}, {-60, 0, 1800 * a}};
+    const struct drape_cut_line line = {path, 2};
+    struct drape_result result = {0};
+    shape_quadric(&shape, a, b, side, side);
+    struct drape_settings settings = {.method = DRAPE_GIB,
+                                      .spacing = {spacing, spacing},
+                                      .start_kind = DRAPE_START_POINT,
+                                      .start_point = {40, -40, 800 * (a + b)},
+                                      .cuts = &line,
+                                      .cut_count = 1,
+                                      .max_nodes = 100000};
+    assert_int_equal(drape_solve(&(struct drape_part){.surface = surface_of(&shape, arena)},
+                                 &settings, NULL, arena, &result),
+                     STATUS_OK);
+    *lip = arena_alloc(arena, result.rim.count, sizeof **lip);
+    size_t count = 0;
+    for (size_t k = 0; k < result.rim.count; k++)
+        if (result.rim.cut[k] == 1)
+            (*lip)[count++] = vec3_make(result.rim.x[k], result.rim.y[k], result.rim.z[k]);
+    return count;
+}
+
+/* Its points between the ends are found to within a spacing above the part, and moved to it along
+ * its normals: where it then lies depends on the spacing, but only by a small share of that. */
+static void test_cut_between_far_points_hardly_moves_with_the_spacing(void **state) {
+    (void)state;
+    struct arena *arena = arena_new((size_t)1 << 30);
+    struct vec3 *fine, *lip;
+    size_t fine_count = lay_far_cut(1, arena, &fine);
+    for (double d = 2; d <= 8; d *= 2) {
+        size_t count = lay_far_cut(d, arena, &lip);
+        double worst = 0;
+        for (size_t k = 0; k < count; k++) {
+            double least = HUGE_VAL;
+            for (size_t n = 0; n + 1 < fine_count; n++) {
+                struct vec3 way = vec3_sub(fine[n + 1], fine[n]), to = vec3_sub(lip[k], fine[n]);
+                double length2 = fmax(vec3_norm2(way), 1e-30);
+                double share = fmin(fmax(vec3_dot(to, way) / length2, 0), 1);
+                least = fmin(least, vec3_norm(vec3_axpy(-share, way, to)));
+            }
+            worst = fmax(worst, least);
+        }
+        printf("    spacing %g: %zu points, within %.1e spacings of those by 1\n", d, count,
+               worst / d);
+        check_above((double)count, 10);
+        check_below(worst, 0.05 * d);
+    }
+    arena_free(arena);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_cone_cut_to_its_apex_is_flat),
@@ -390,6 +444,7 @@ int main(void) {
         cmocka_unit_test(test_slit_in_a_frustum_changes_nothing),
         cmocka_unit_test(test_dart_in_a_dome_moves_as_its_part_does),
         cmocka_unit_test(test_what_is_no_cut_is_told),
+        cmocka_unit_test(test_cut_between_far_points_hardly_moves_with_the_spacing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
