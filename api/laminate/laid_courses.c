@@ -52,16 +52,20 @@ static double most_of_offset(const struct courses_offset *offset) {
 static enum api_problem_id check_lengths(const struct laying *l,
                                          const struct courses_settings *settings) {
     enum { SIZE = 200 };
+    static const double narrowest = 1e-4; /* of the part; its lines take steps of its width */
     char text[SIZE], member[40];
     double size = box_diagonal(&l->shape.part);
     const char *unit = l->laminate->length_unit->name;
     for (size_t n = 0; n < settings->width_count; n++) {
+        bool wide = settings->widths[n] > size;
         (void)snprintf(text, sizeof text,
-                       "is wider than the part, which fits a box with a diagonal of %.4g %s", size,
-                       unit);
+                       "is %s the part, which fits a box with a diagonal of %.4g %s: take a %s "
+                       "roll",
+                       wide ? "wider than" : "less than a ten-thousandth of", size, unit,
+                       wide ? "narrower" : "wider");
         (void)snprintf(member, sizeof member,
                        settings->width_count > 1 ? "/courses/width/%zu" : "/courses/width", n);
-        if (settings->widths[n] > size)
+        if (wide || settings->widths[n] < narrowest * size)
             return refuse_at(l, API_INVALID_REQUEST, member, text);
     }
     (void)snprintf(text, sizeof text,

@@ -6,6 +6,7 @@
 #include "part_foot.h"
 #include "solver/laid_line.h"
 #include "solver/mesh/mesh.h"
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -244,6 +245,12 @@ static bool start_place(const struct boundary_surface *on, const struct drape_se
     return true;
 }
 
+static double away_from_part(const struct boundary_surface *on, struct vec3 place) {
+    struct vec3 foot, normal;
+    (void)part_foot(&on->shape.part, place, &foot, &normal); /* which has a foot at poles, too */
+    return vec3_distance(place, foot);
+}
+
 /* Gives every region its piece: the request's, then others that are as the ply says. */
 static enum api_problem_id assign_regions(struct boundary_surface *on, size_t k,
                                           const struct division *division,
@@ -254,6 +261,7 @@ static enum api_problem_id assign_regions(struct boundary_surface *on, size_t k,
     struct vec3 place;
     double reach =
         pieces->seam.over ? pieces->seam.overlap : fmax(pieces->seam.overlap, pieces->seam.gap) / 2;
+    const double *spacing = pieces->ply.settings.spacing, widest = fmax(spacing[0], spacing[1]);
     size_t count = 0, stated = pieces->count;
     if (!all)
         return api_problem_no_memory(on->problem, "the laminate");
@@ -262,11 +270,17 @@ static enum api_problem_id assign_regions(struct boundary_surface *on, size_t k,
         const struct laminate_piece *from = &pieces->pieces[count];
         int32_t region = division_region_at(division, from->at);
         (void)snprintf(pointer, sizeof pointer, "/plies/%zu/pieces/%zu/at", k, count);
+        if (!(away_from_part(on, from->at) <= widest))
+            return api_problem_add(on->problem, pointer,
+                                   "is further from the part than the spacing, %.6g: move it onto "
+                                   "the part, into the region that the piece is to have",
+                                   widest);
         if (region < 0 || taken[region] || count == division->count)
             return api_problem_add(on->problem, pointer,
-                                   region < 0 ? "is in no region of the part"
-                                              : "is in the region of a piece before it: the splits "
-                                                "lie elsewhere");
+                                   region < 0
+                                       ? "is in no region of the part: move it away from its edge"
+                                       : "is in the region of a piece before it: move it to the "
+                                         "other side of a split, or leave one of them out");
         *own = *from;
         taken[region] = true;
         (void)snprintf(pointer, sizeof pointer, "/plies/%zu/pieces/%zu/start", k, count);
@@ -279,8 +293,8 @@ static enum api_problem_id assign_regions(struct boundary_surface *on, size_t k,
         (void)snprintf(pointer, sizeof pointer, "/plies/%zu/pieces/%zu", k, count);
         if (division->regions[region].depth <= reach)
             return api_problem_add(on->problem, pointer,
-                                   "is narrower than its seam: no place of "
-                                   "it is further than %.6g from a split",
+                                   "is narrower than its seam, no place of it being further than "
+                                   "%.6g from a split: make the seam narrower, or move the split",
                                    reach);
     }
     (void)snprintf(pointer, sizeof pointer, "/plies/%zu/seam", k);
@@ -291,7 +305,8 @@ static enum api_problem_id assign_regions(struct boundary_surface *on, size_t k,
         if (own->depth <= reach)
             return api_problem_add(on->problem, pointer,
                                    "is wider than the piece about (%.6g, %.6g, %.6g), of which no "
-                                   "place is further than %.6g from a split",
+                                   "place is further than %.6g from a split: make the seam "
+                                   "narrower, or move the split",
                                    own->middle.x, own->middle.y, own->middle.z, reach);
         char *name = arena_alloc(on->arena, LAMINATE_NAME_MAX + 1, 1);
         if (!name)

@@ -187,6 +187,7 @@ refused() {
     refused "$c.width = 0" /plies/0/courses/width
     refused "$c.width = 6" /plies/0/courses/width
     refused "$c.width = [0.5, 6]" /plies/0/courses/width/1
+    refused "$c.width = [1e-9, 0.5]" /plies/0/courses/width/0
     refused "del($c.width)" /plies/0/courses/width
     refused "$c += {gap: 0.1, overlap: 0.1}" /plies/0/courses/overlap
     refused "$c += {overlap: 0.8}" /plies/0/courses/overlap

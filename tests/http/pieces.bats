@@ -238,6 +238,7 @@ refused() {
     refused '.plies[0].seam = {gap: 0.1, over: "first"}' '/plies/0/seam/over'
     refused '.plies[0].seam = {overlap: 0.1, over: "left"}' '/plies/0/seam/over'
     refused '.plies[0].pieces[1] = {at: [3.5, 1, 0]}' '/plies/0/pieces/1/at'
+    refused '.plies[0].pieces[0].at = [9, 9, 9]' '/plies/0/pieces/0/at: is further from the part than the spacing, 0.1'
     refused '.plies[0].pieces[0].at = "here"' '/plies/0/pieces/0/at'
     refused '.plies[0].pieces[0].start = {uv: [0.1, 0.5]}' '/plies/0/pieces/0/start'
     refused '.plies[0].pieces[0].fabric = {spacing: -1}' '/plies/0/pieces/0/fabric/spacing'
