@@ -70,7 +70,7 @@ export const fields = [
 ];
 
 export const fieldOf = (key) => fields.find((field) => field.key === key) || fields[0];
-export const isShear = (field) => field.column === 'cells.shear_deg';
+const isShear = (field) => field.column === 'cells.shear_deg';
 export const ofNodes = (field) => field.column.startsWith('nodes.');
 
 /** The shown values of a field, of nodes or of cells, or null when the result has none. */
@@ -93,7 +93,7 @@ export function rangeOf(values) {
 }
 
 /** What the ends of the colour bar stand for. */
-export function scaleOf(field, range) {
+function scaleOf(field, range) {
   let [low, high] = range;
   if (field.signed) {
     high = Math.max(Math.abs(low), Math.abs(high), field.least ?? 0) || 1;
@@ -102,6 +102,27 @@ export function scaleOf(field, range) {
   if (field.zero) low = 0;
   if (field.least) high = Math.max(high, low + field.least);
   return high - low > Math.abs(high) * 1e-6 ? [low, high] : [low, low]; // the same everywhere
+}
+
+/** The range of the colours, as far as it is fixed by hand. */
+function limited([low, high], [from, to] = []) {
+  const range = [from ?? low, to ?? high];
+  return range[1] > range[0] ? range : [low, high];
+}
+
+/** The colours of values of a field that lie within `range`, as `drawScale` takes them. `limits`: [from,
+ *  to], by hand; `lockings`: the angles of positive and of negative shear, to be marked; `unit`: of
+ *  length. */
+export function colouringOf(field, range, { limits, lockings, unit }) {
+  const [positive, negative] = (isShear(field) && lockings) || [];
+  const marks = field.signed ? [-negative, positive] : [Math.min(positive, negative)];
+  return {
+    range: limited(scaleOf(field, range), limits),
+    map: field.signed ? 'diverging' : 'sequential',
+    unit: field.unit(unit),
+    label: field.label,
+    marks: positive === undefined ? [] : marks,
+  };
 }
 
 /** Four digits, with a real minus sign; powers of ten where they are shorter. */

@@ -7,13 +7,12 @@ import { drawDiagonals, drawHistogram, drawScale } from './charts.js';
 import { element, say } from './dom.js';
 import { fetchDrape, fetchRequest, toldOf } from './drape.js';
 import {
+  colouringOf,
   fieldOf,
   fields,
   format,
-  isShear,
   ofNodes,
   rangeOf,
-  scaleOf,
   valuesOf,
   withUnit,
 } from './fields.js';
@@ -468,12 +467,6 @@ function refreshFields() {
   );
 }
 
-/** The range of the colours, as far as it is fixed by hand. */
-function limited([low, high], [from, to] = []) {
-  const range = [from ?? low, to ?? high];
-  return range[1] > range[0] ? range : [low, high];
-}
-
 /** The limits in the fields, which are those of the shown field. */
 function takeLimits() {
   const numbers = ['scale-low', 'scale-high'].map((id) => {
@@ -492,7 +485,6 @@ function showLimits() {
 
 function refreshColours() {
   const { field, one } = page;
-  const map = field.signed ? 'diverging' : 'sequential';
   const sets = { one, two: comparison.other };
   const values = {};
   for (const [slot, drape] of Object.entries(sets))
@@ -504,12 +496,11 @@ function refreshColours() {
   const range = ranges.length
     ? [Math.min(...ranges.map(([low]) => low)), Math.max(...ranges.map(([, high]) => high))]
     : [0, 60];
-  const scale = limited(scaleOf(field, range), page.limitsOf[field.key]);
+  const limits = page.limitsOf[field.key];
+  page.scale = colouringOf(field, range, { limits, lockings: form.lockings, unit: unitShown() });
   for (const slot of Object.keys(sets))
-    if (values[slot]) view.setField(slot, values[slot], ofNodes(field), scale, map);
-  const [positive, negative] = (isShear(field) && form.lockings) || [];
-  const marks = positive === undefined ? [] : field.signed ? [-negative, positive] : [form.locking];
-  page.scale = { range: scale, map, unit: field.unit(unitShown()), label: field.label, marks };
+    if (values[slot])
+      view.setField(slot, values[slot], ofNodes(field), page.scale.range, page.scale.map);
   drawScale(element('scale'), page.scale);
   mapped.colour(field, page.scale);
   pieces.colour(field, page.scale);

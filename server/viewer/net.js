@@ -212,6 +212,12 @@ export class Net {
     this.uniforms.outlines.value = locked ? 1 : 0;
   }
 
+  /** The cell that a pane shows at a place of the window; -1 beside the net. */
+  cellAt(stage, pane, { clientX, clientY }) {
+    const owner = stage.pick(pane, pane.flat ? this.flat : this.solid, clientX, clientY);
+    return owner < 0 ? -1 : (this.lattice.cellOfNode[owner] ?? -1);
+  }
+
   /** Marks the cell under the pointer, or the one that was chosen; null for none. */
   mark(which, cell) {
     const { columns } = this.lattice;

@@ -142,6 +142,11 @@ export class Patches {
     this.field.needsUpdate = true;
   }
 
+  /** The patch that a pane shows at a place of the window; -1 beside all. */
+  patchAt(stage, pane, { clientX, clientY }) {
+    return stage.pick(pane, this.mesh, clientX, clientY, this.group);
+  }
+
   hover(patch) {
     const changed = this.uniforms.hovered.value !== patch;
     this.uniforms.hovered.value = patch;

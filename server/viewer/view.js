@@ -15,13 +15,11 @@ import {
   makeSurface,
   sinkSurface,
 } from './marks.js';
+import { followPointer } from './pointer.js';
 import { Stage } from './scene.js';
 import { cornersOf } from './readout.js';
 import { setSection } from './section.js';
 
-const CLICK = 5; // pixels that a click may move
-const HOVER_REST_MS = 120; // of the pointer, before a slow graphics card looks for what it is on,
-// and as long as it takes for a picture
 const NO_WEBGL =
   'This browser has no WebGL 2, which the pictures need. Turn on hardware acceleration in its ' +
   'settings, or use another browser. Draping, numbers, charts and downloads work here all the same.';
@@ -196,14 +194,8 @@ export class View {
     this.stage.redraw();
   }
 
-  #patchAt({ clientX, clientY }) {
-    return this.stage.pick(
-      this.panes.solid,
-      this.patches.mesh,
-      clientX,
-      clientY,
-      this.patches.group,
-    );
+  #patchAt(event) {
+    return this.patches.patchAt(this.stage, this.panes.solid, event);
   }
 
   /** After a change of light and dark. */
@@ -387,75 +379,38 @@ export class View {
   /* ---- the pointer ---- */
 
   #listen(pane, slot) {
-    let pressed = null;
     const patched = () => pane === this.panes.solid && this.patches;
-    pane.element.addEventListener('pointermove', (event) => {
-      if (!event.buttons) this.#hover(pane, slot, event);
-      else if (patched()?.sweeps()) this.patches.onPick(this.#patchAt(event), true);
-    });
-    pane.element.addEventListener('pointerleave', () =>
-      patched() ? this.patches.onHover(-1) : this.onHover(null),
-    );
-    pane.element.addEventListener(
-      'pointerdown',
-      (event) => {
-        pressed = [event.clientX, event.clientY];
-        this.#forgetHover();
-        pane.controls.enabled = !patched()?.sweeps();
+    followPointer(this.stage, pane, {
+      onHover: (event) => {
+        if (patched()) this.patches.onHover(event ? this.#patchAt(event) : -1);
+        else this.onHover(event && this.hit(pane, slot, event));
       },
-      true,
-    );
-    pane.element.addEventListener('pointerup', (event) => {
-      const still =
-        pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < CLICK;
-      pressed = null;
-      if (!still || event.button !== 0) return;
-      if (this.drawing) pane === this.panes.solid && this.#draw(event);
-      else if (patched()) this.patches.onPick(this.#patchAt(event), false);
-      else if (pane === this.panes.solid && (this.placing || !this.slots.one))
-        this.#place(event, true);
-      else this.onPick(this.hit(pane, slot, event));
-    });
-    pane.element.addEventListener('dblclick', (event) => {
-      if (this.drawing) this.drawing.onEnd();
-      else if (patched()) this.patches.onTwice(this.#patchAt(event));
-      else if (pane === this.panes.solid) this.#place(event, true);
+      onLooking: (on) => element('panes').toggleAttribute('data-looking', on),
+      sweeps: () => Boolean(patched() && this.patches.sweeps()),
+      onSweep: (event) => this.patches.onPick(this.#patchAt(event), true),
+      onClick: (event) => this.#click(pane, slot, event),
+      onTwice: (event) => {
+        if (this.drawing) this.drawing.onEnd();
+        else if (patched()) this.patches.onTwice(this.#patchAt(event));
+        else if (pane === this.panes.solid) this.#place(event, true);
+      },
     });
   }
 
-  #hover(pane, slot, { clientX, clientY }) {
-    this.lastMove = { pane, slot, clientX, clientY };
-    const look = () => {
-      this.hovering = null;
-      const { pane, slot, ...event } = this.lastMove;
-      if (pane === this.panes.solid && this.patches) this.patches.onHover(this.#patchAt(event));
-      else this.onHover(this.hit(pane, slot, event));
-      delete element('panes').dataset.looking;
-    };
-    this.#forgetHover();
-    element('panes').dataset.looking = '';
-    const { slow, cost } = this.stage;
-    if (slow) this.resting = setTimeout(look, Math.max(HOVER_REST_MS, cost));
-    else this.hovering ||= requestAnimationFrame(look);
-  }
-
-  /** What the pointer has rested on is no longer looked for. */
-  #forgetHover() {
-    clearTimeout(this.resting);
-    if (!this.hovering) delete element('panes').dataset.looking;
+  #click(pane, slot, event) {
+    const solid = pane === this.panes.solid;
+    if (this.drawing) solid && this.#draw(event);
+    else if (solid && this.patches) this.patches.onPick(this.#patchAt(event), false);
+    else if (solid && (this.placing || !this.slots.one)) this.#place(event, true);
+    else this.onPick(this.hit(pane, slot, event));
   }
 
   /** The cell and its nearest node at a place of the window, or null. */
-  hit(pane, slot, { clientX, clientY }) {
+  hit(pane, slot, event) {
     const entry = this.slots[slot];
     if (!entry || !pane.visible) return null;
-    const owner = this.stage.pick(
-      pane,
-      pane.flat ? entry.net.flat : entry.net.solid,
-      clientX,
-      clientY,
-    );
-    const cell = owner < 0 ? -1 : (entry.lattice.cellOfNode[owner] ?? -1);
+    const { clientX, clientY } = event;
+    const cell = entry.net.cellAt(this.stage, pane, event);
     if (cell < 0) return null;
     const box = pane.element.getBoundingClientRect();
     const away = (node) => {

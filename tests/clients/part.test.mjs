@@ -93,7 +93,9 @@ test('part: a STEP file is uploaded, its faces are shown, pointed at and chosen'
   await page.mouse.click(...(await middle()));
   const { face } = await picked;
   assert.ok(face >= 0 && face < 9, `face ${face}`);
-  assert.match(await page.locator('output[name=place]').innerText(), /^face \d$/);
+  await page.waitForFunction(() =>
+    /^face \d$/.test(document.querySelector('output[name=place]').innerText),
+  );
   await page.mouse.move(5, 5);
   await drawn();
   const after = await view().screenshot();

@@ -3,12 +3,13 @@
 // at and click. It draws with the code of the daemon's own page.
 import { drawScale } from '@viewer/charts.js';
 import { facesOf, type Body } from '@viewer/facets.js';
-import { fields, ofNodes, rangeOf, scaleOf, valuesOf, type Field } from '@viewer/fields.js';
+import { colouringOf, fields, ofNodes, rangeOf, valuesOf, type Field } from '@viewer/fields.js';
 import { makeLattice, type Lattice } from '@viewer/lattice.js';
 import { Net } from '@viewer/net.js';
 import { readNpz } from '@viewer/npz.js';
 import { Patches } from '@viewer/patches.js';
-import { Stage, type Pane } from '@viewer/scene.js';
+import { followPointer } from '@viewer/pointer.js';
+import { Stage, type At, type Pane } from '@viewer/scene.js';
 import { Draped, type Columns } from './index.js';
 
 /** What `draped-load` says. */
@@ -32,7 +33,6 @@ export interface Place {
   values?: Record<string, number>;
 }
 
-const CLICK = 5; // pixels that the pointer may move in a click
 const SERVED = /^(.*)\/v1\/(drapes|surfaces)\/([0-9a-f]+)/;
 const TINTS: { ground: Tint; accent: Tint; line: Tint } = {
   ground: [0.72, 0.76, 0.82],
@@ -95,8 +95,6 @@ export class DrapedPart extends Base {
   #patches: Patches | null = null;
   #part: Lattice | Body | null = null;
   #loading: AbortController | null = null;
-  #hovering = 0;
-  #pressed: [number, number] | null = null;
   #token = '';
   #chosen = new Set<number>();
 
@@ -133,13 +131,15 @@ export class DrapedPart extends Base {
     }
     this.#stage.onCoarse = (on) => (this.#net ?? this.#patches)?.coarsen(on);
     this.#pane = this.#stage.addPane(pane);
-    this.#listen(pane);
+    followPointer(this.#stage, this.#pane, {
+      onHover: (event) => this.#stage && this.#hover(event && this.#at(event)),
+      onClick: (event) => this.#pick(this.#at(event)),
+    });
     this.#load();
   }
 
   disconnectedCallback() {
     this.#loading?.abort();
-    cancelAnimationFrame(this.#hovering);
     this.#empty();
     this.#stage?.renderer.dispose();
     this.#stage = this.#pane = null;
@@ -233,55 +233,28 @@ export class DrapedPart extends Base {
     const given = this.#fieldsOf(part);
     const field = given.find(({ key }) => key === this.getAttribute('field')) ?? given[0]!;
     const values = valuesOf(part.columns, field)!;
-    const range = scaleOf(field, rangeOf(values));
-    const map = field.signed ? 'diverging' : 'sequential';
     const locking = Number(this.getAttribute('locking') ?? NaN);
-    const isShear = field.column === 'cells.shear_deg' && locking > 0;
-    this.#net!.setField(values, ofNodes(field), range, map);
-    this.#net!.show({ yarns: !this.hasAttribute('no-yarns'), locked: true });
-    drawScale(this.#element('scale'), {
-      range,
-      map,
-      unit: field.unit(this.getAttribute('unit') ?? ''),
-      label: field.label,
-      marks: !isShear ? [] : field.signed ? [-locking, locking] : [locking],
+    const colours = colouringOf(field, rangeOf(values), {
+      lockings: locking > 0 ? [locking, locking] : null,
+      unit: this.getAttribute('unit') ?? '',
     });
+    this.#net!.setField(values, ofNodes(field), colours.range, colours.map);
+    this.#net!.show({ yarns: !this.hasAttribute('no-yarns'), locked: true });
+    drawScale(this.#element('scale'), colours);
     this.#stage!.redraw();
   }
 
   /* ---- the pointer ---- */
 
-  #listen(pane: HTMLElement) {
-    pane.addEventListener('pointermove', (event) => {
-      if (event.buttons) return;
-      cancelAnimationFrame(this.#hovering);
-      this.#hovering = requestAnimationFrame(() => this.#hover(this.#at(event)));
-    });
-    pane.addEventListener('pointerleave', () => this.#hover(null));
-    pane.addEventListener(
-      'pointerdown',
-      ({ clientX, clientY }) => (this.#pressed = [clientX, clientY]),
-      true,
-    );
-    pane.addEventListener('pointerup', (event) => {
-      const [x, y] = this.#pressed ?? [Infinity, Infinity];
-      this.#pressed = null;
-      if (event.button === 0 && Math.hypot(event.clientX - x, event.clientY - y) < CLICK)
-        this.#pick(this.#at(event));
-    });
-  }
-
   /** The cell or the face at a place of the window; null beside the part. */
-  #at({ clientX, clientY }: MouseEvent): Place | null {
+  #at(event: At): Place | null {
     const [stage, pane, part] = [this.#stage, this.#pane, this.#part];
     if (!stage || !pane || !part) return null;
     if (!isNet(part)) {
-      const { mesh, group } = this.#patches!;
-      const face = stage.pick(pane, mesh, clientX, clientY, group);
+      const face = this.#patches!.patchAt(stage, pane, event);
       return face < 0 ? null : { face };
     }
-    const owner = stage.pick(pane, this.#net!.solid, clientX, clientY);
-    const cell = owner < 0 ? -1 : (part.cellOfNode[owner] ?? -1);
+    const cell = this.#net!.cellAt(stage, pane, event);
     if (cell < 0) return null;
     const values = Object.fromEntries(
       Object.entries(part.columns)

@@ -39,30 +39,46 @@ declare module '@viewer/facets.js' {
 }
 declare module '@viewer/net.js' {
   import type { Lattice } from '@viewer/lattice.js';
+  import type { At, Pane, Stage } from '@viewer/scene.js';
   export class Net {
     solid: object;
     fill(lattice: Lattice, spacing: [number, number]): void;
     setField(values: Float32Array, ofNodes: boolean, range: [number, number], map: string): void;
     show(shown: { yarns: boolean; locked: boolean }): void;
     mark(which: 'hovered' | 'pinned', cell: number | null): void;
+    cellAt(stage: Stage, pane: Pane, at: At): number;
     coarsen(on: boolean): void;
     empty(): void;
   }
 }
 declare module '@viewer/patches.js' {
   import type { Body } from '@viewer/facets.js';
+  import type { At, Pane, Stage } from '@viewer/scene.js';
   type Colour = [number, number, number];
   export class Patches {
     group: object;
-    mesh: object;
     constructor(body: Body, tints: { ground: Colour; accent: Colour; line: Colour });
     choose(chosen: Set<number>): void;
     hover(patch: number): boolean;
+    patchAt(stage: Stage, pane: Pane, at: At): number;
     coarsen(on: boolean): void;
     dispose(): void;
   }
 }
+declare module '@viewer/pointer.js' {
+  import type { At, Pane, Stage } from '@viewer/scene.js';
+  export function followPointer(
+    stage: Stage,
+    pane: Pane,
+    handlers: { onHover(event: At | null): void; onClick(event: At): void },
+  ): void;
+}
 declare module '@viewer/scene.js' {
+  /** A place of the window. */
+  export interface At {
+    clientX: number;
+    clientY: number;
+  }
   export interface Pane {
     scene: { add(object: object): void };
     frame(body: { radius: number; position: Float32Array; normal: Float32Array }): void;
@@ -74,7 +90,6 @@ declare module '@viewer/scene.js' {
     constructor(canvas: HTMLCanvasElement);
     addPane(element: HTMLElement): Pane;
     redraw(): void;
-    pick(pane: Pane, mesh: object, clientX: number, clientY: number, within?: object): number;
   }
 }
 declare module '@viewer/fields.js' {
@@ -92,17 +107,20 @@ declare module '@viewer/fields.js' {
     field: Field,
   ): Float32Array | null;
   export function rangeOf(values: Float32Array): [number, number];
-  export function scaleOf(field: Field, range: [number, number]): [number, number];
+  export interface Colouring {
+    range: [number, number];
+    map: string;
+    unit: string;
+    label: string;
+    marks: number[];
+  }
+  export function colouringOf(
+    field: Field,
+    range: [number, number],
+    how: { limits?: number[]; lockings: [number, number] | null; unit: string },
+  ): Colouring;
 }
 declare module '@viewer/charts.js' {
-  export function drawScale(
-    parent: Element,
-    scale: {
-      range: [number, number];
-      map: string;
-      unit: string;
-      label: string;
-      marks?: number[];
-    },
-  ): void;
+  import type { Colouring } from '@viewer/fields.js';
+  export function drawScale(parent: Element, scale: Colouring): void;
 }
