@@ -142,6 +142,33 @@ static void decode_generator(const struct json_value *json, struct drape_generat
 
 static const char *const yarn_keys[] = {"warp", "weft", NULL};
 
+/* Whether `generators` say one thing of warp and weft: "least_energy", or {"steered"}. */
+static bool are_alike(const struct json_value *generators) {
+    struct json_value steered = value_member(generators, "steered");
+    return value_type(generators) == VALUE_STRING || value_given(&steered);
+}
+
+/* Of each or of both alike; weft that slides follows the warp, whatever both are. */
+static void decode_generators(const struct json_value *json, struct drape_settings *settings) {
+    struct drape_generator *generator = settings->generator;
+    if (are_alike(json)) {
+        decode_generator(json, &generator[0]);
+        if (!(settings->slide > 0))
+            generator[1] = generator[0];
+        return;
+    }
+    if (!value_object(json, yarn_keys))
+        return;
+    for (int k = 0; k < 2; k++) {
+        struct json_value own = value_member(json, yarn_keys[k]);
+        if (value_given(&own))
+            decode_generator(&own, &generator[k]);
+        if (k == 1 && settings->slide > 0 && generator[k].kind != DRAPE_GENERATOR_GEODESIC)
+            value_fault(&own, "must be \"geodesic\" where weft slides along warp "
+                              "(fabric.kinematics): fibres follow the warp generator");
+    }
+}
+
 bool decode_name(const struct json_value *json, size_t most, char *name) {
     const char *given;
     if (!value_string(json, &given))
@@ -233,7 +260,8 @@ static void decode_method(const struct json_value *root, struct api_request *req
         value_fault(&path, "relaxation needs a surface with parameters, not a triangle mesh");
     for (int k = 0; k < 2; k++) {
         struct json_value generators = value_member(root, "generators");
-        struct json_value generator = value_member(&generators, yarn_keys[k]);
+        struct json_value generator =
+            are_alike(&generators) ? generators : value_member(&generators, yarn_keys[k]);
         decode_check_steered(&generator, settings, k, on_mesh);
         if (settings->generator[k].kind == DRAPE_GENERATOR_PLACES && (k == 1 || on_mesh))
             value_fault(&generator, k == 1 ? "must not be places, which only warp can follow"
@@ -369,16 +397,8 @@ static void decode_cloth(const struct json_value *root, struct api_request *requ
             read_vec3(&vector, true, &settings->direction_vector);
         }
     }
-    if (value_given(&generators) && value_object(&generators, yarn_keys))
-        for (int k = 0; k < 2; k++) {
-            struct json_value generator = value_member(&generators, yarn_keys[k]);
-            if (value_given(&generator))
-                decode_generator(&generator, &settings->generator[k]);
-            if (k == 1 && settings->slide > 0 &&
-                settings->generator[k].kind != DRAPE_GENERATOR_GEODESIC)
-                value_fault(&generator, "must be \"geodesic\" where weft slides along warp "
-                                        "(fabric.kinematics): fibres follow the warp generator");
-        }
+    if (value_given(&generators))
+        decode_generators(&generators, settings);
     if (settings->generator[0].kind == DRAPE_GENERATOR_PLACES && value_given(&start))
         value_fault(&start, "must be left out: the warp generator's places have their own");
     if (value_given(&energy))

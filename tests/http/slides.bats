@@ -106,6 +106,18 @@ bits() {
     grep "^drape: severity: $severity at the most, by the limit curve" "$BATS_TEST_TMPDIR/said"
 }
 
+@test "drape: generators that are said once are those of warp and of weft; of a fabric that slides of the warp" {
+    same() {
+        jq "$1 | .generators = $2" api/examples/freeform.json | "$DRAPE" - 2>/dev/null | jq 'del(.id, .summary.timing_ms)'
+    }
+    local spacing='.fabric = {spacing: 20}' bent='{steered: [0, 5e-4, 2e-4, 0]}'
+    for each in '"least_energy"' "$bent" '"geodesic"'; do
+        [ "$(same "$spacing" "$each")" = "$(same "$spacing" "{warp: $each, weft: $each}")" ]
+    done
+    local slides="$spacing | .fabric.kinematics = \"parallel_fibers\""
+    [ "$(same "$slides" "$bent")" = "$(same "$slides" "{warp: $bent}")" ]
+}
+
 @test "drape: generators of eight points a side are written, and read again" {
     for points in 8 16; do
         jq --argjson points $points '.fabric = {spacing: 20} |
