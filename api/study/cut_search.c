@@ -56,7 +56,7 @@ static double spacing_of(const struct api_study *study) {
     return fmax(d[0], d[1]);
 }
 
-static double length_of(const struct study_cut *cuts, size_t count) {
+static double cut_length_of(const struct study_cut *cuts, size_t count) {
     double length = 0;
     for (size_t k = 0; k < count; k++)
         length += vec3_distance(cuts[k].mouth, cuts[k].tip);
@@ -64,7 +64,7 @@ static double length_of(const struct study_cut *cuts, size_t count) {
 }
 
 static double length_of_row(const struct study_row *row) {
-    return length_of(row->variant.cuts, row->variant.cut_count);
+    return cut_length_of(row->variant.cuts, row->variant.cut_count);
 }
 
 static double cost_of(const struct api_study *study, const struct study_row *row) {
@@ -151,7 +151,7 @@ static void grow_all(struct cut_search *s, const struct study_row *rows, size_t 
         enum proposal_mouth mouth = first ? (enum proposal_mouth)k : kinds[k];
         if (!grow(s, &rows[first ? 0 : k], mouth, trial) ||
             (study_violation(s->study, s->best) == 0 &&
-             length_of(trial->cut, trial->count) > length_of_row(s->best)) ||
+             cut_length_of(trial->cut, trial->count) > length_of_row(s->best)) ||
             (s->grown_count && same_trial(trial, s->grown, spacing_of(s->study))))
             continue;
         s->mouth[s->grown_count++] = mouth;

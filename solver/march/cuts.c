@@ -96,8 +96,8 @@ static double lip_at(const struct maker *m, double s) {
 }
 
 /* The place of the lip on the left (side 1) or right (-1) of a place of the line. */
-static struct surface_point place_beside(struct maker *m, const struct surface_point *place,
-                                         struct vec3 along, int side) {
+static struct surface_point place_beside_cut(struct maker *m, const struct surface_point *place,
+                                             struct vec3 along, int side) {
     struct surface_cursor *cursor = &m->march->cursor;
     struct vec3 step = vec3_scale(side * m->aside, vec3_unit(vec3_cross(place->normal, along)));
     struct surface_point there;
@@ -123,7 +123,7 @@ static bool find_lip(struct maker *m, double s, int side, struct surface_point *
     struct vec3 along;
     if (!place_on_line(m, lip_at(m, s), near, &along))
         return false;
-    *lip = place_beside(m, near, along, side);
+    *lip = place_beside_cut(m, near, along, side);
     return true;
 }
 
@@ -275,7 +275,7 @@ static enum status lay_cut(struct maker *m, struct cut *cut, struct curtain_line
         if (inside != s && !place_on_line(m, inside, &place, &along))
             return STATUS_CUT;
         for (int side = 1; side >= -1; side -= 2) {
-            lip = place_beside(m, &place, along, side);
+            lip = place_beside_cut(m, &place, along, side);
             normal = vec3_add(normal, lip.normal);
             add_to_lip(m, cut, side < 0, &lip);
         }
@@ -321,8 +321,8 @@ static enum status find_crossed_cut(const struct maker *m, const struct curtain_
     return STATUS_OK;
 }
 
-static bool nearest_in_space(const void *context, struct vec3 r, struct vec3 *place,
-                             struct vec3 *normal) {
+static bool nearest_to_cut(const void *context, struct vec3 r, struct vec3 *place,
+                           struct vec3 *normal) {
     const struct maker *m = context;
     struct surface_point nearest;
     if (!cuts_nearest(m->march, r, &nearest))
@@ -334,7 +334,7 @@ static bool nearest_in_space(const void *context, struct vec3 r, struct vec3 *pl
 
 /* The line that is asked for, along the part. */
 static enum status lay_line(struct maker *m, const struct drape_cut_line *asked) {
-    const struct laid_line_part part = {nearest_in_space, m};
+    const struct laid_line_part part = {nearest_to_cut, m};
     struct path_line *line = &m->line;
     enum status status = laid_line_make(&part, asked, m->spacing, m->march->arena, &line->cut);
     if (status == STATUS_OK)

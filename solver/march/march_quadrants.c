@@ -25,7 +25,7 @@ static const struct net_node *quadrant_node(struct quadrant *q, int32_t i, int32
     return j == 0 ? &q->arm[0][i] : &q->arm[1][j];
 }
 
-static bool point_of(struct quadrant *q, int32_t i, int32_t j, struct surface_point *point) {
+static bool quadrant_point(struct quadrant *q, int32_t i, int32_t j, struct surface_point *point) {
     const struct net_node *node = quadrant_node(q, i, j);
     return node && (node->state == NET_INSIDE || node->state == NET_GHOST) &&
            march_point_at(q->march, node, point);
@@ -55,13 +55,13 @@ enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below,
             break;
         r--;
     }
-    *found = point_of(q, i, r, point);
-    bool climbs = *found && r < j - 1 && point_of(q, i - 1, r, &a);
+    *found = quadrant_point(q, i, r, point);
+    bool climbs = *found && r < j - 1 && quadrant_point(q, i - 1, r, &a);
     for (r++; climbs && r < j; r++) {
         struct fishnet_node node;
         enum drape_reason reason;
         enum surface_point_zone zone;
-        *found = point_of(q, i - 1, r, &b);
+        *found = quadrant_point(q, i - 1, r, &b);
         if (!*found)
             return STATUS_OK;
         struct march_cell cell = {
@@ -189,7 +189,7 @@ enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
 
 void quadrant_begin_row(struct quadrant *q, const struct quadrant_row *below,
                         struct quadrant_row *row, int32_t j) {
-    row->planted = point_of(q, 0, j, &row->at[0]);
+    row->planted = quadrant_point(q, 0, j, &row->at[0]);
     row->ended = !row->planted;
     row->last = row->planted && !has_left(q, 0, j, &row->at[0]) ? 0 : -1;
     row->count = row->planted;
@@ -284,7 +284,7 @@ static void grow_quadrant(void *data, int number) {
     enum status status = STATUS_OK;
     bool been_near = false, planted = true;
     arm->count = 0;
-    while (arm->count < q->length && point_of(q, arm->count, 0, &arm->at[arm->count]))
+    while (arm->count < q->length && quadrant_point(q, arm->count, 0, &arm->at[arm->count]))
         arm->count++;
     for (int32_t i = 0; i < arm->count; i++)
         q->reach[0] = has_left(q, i, 0, &arm->at[i]) ? q->reach[0] : i;

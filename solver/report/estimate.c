@@ -84,7 +84,8 @@ struct link {
     struct defect edge;
 };
 
-static bool find_link(struct estimate *e, int32_t i, int32_t j, int di, int dj, struct link *link) {
+static bool find_estimate_link(struct estimate *e, int32_t i, int32_t j, int di, int dj,
+                               struct link *link) {
     const struct net_node *from = net_view_place(&e->net.net, i - di, j - dj);
     const struct net_node *to = net_view_place(&e->net.net, i, j);
     if (!from || !error_at(e, i - di, j - dj, &link->from))
@@ -106,7 +107,7 @@ static void cell_error(struct estimate *e, int32_t i, int32_t j, int si, int sj,
                        struct error *error) {
     const double *d = e->net.spacing;
     struct link b, c;
-    if (!find_link(e, i, j, si, 0, &b) || !find_link(e, i, j, 0, sj, &c)) {
+    if (!find_estimate_link(e, i, j, si, 0, &b) || !find_estimate_link(e, i, j, 0, sj, &c)) {
         if (!error_at(e, i - si, j, error) && !error_at(e, i, j - sj, error))
             *error = (struct error){.of[ESTIMATE_LONGER] = {fmax(d[0], d[1]), 0, 0}};
         return;
@@ -364,7 +365,7 @@ enum status estimate_make(struct march *march) {
             struct link link;
             move_views(&e, i, j);
             if (!net_view_place(&e.net.net, i, j) || estimate_awaited(&e, i, j) ||
-                !find_link(&e, i, j, di, dj, &link))
+                !find_estimate_link(&e, i, j, di, dj, &link))
                 break;
             known += link.edge.known;
             double turn2 = vec3_norm2(last) > 0 ? vec3_norm2(vec3_sub(link.chord, last)) : 0;

@@ -64,7 +64,7 @@ static uint32_t bits_along(const uint32_t *rows, int y, int family, int from, in
     return all;
 }
 
-static void lanes_of(uint32_t bits, double lane[NET_TILE]) {
+static void lanes_of_bits(uint32_t bits, double lane[NET_TILE]) {
     for (int x = 0; x < NET_TILE; x++)
         lane[x] = bits >> x & 1;
 }
@@ -84,16 +84,16 @@ static void weigh_row(const struct around *a, int y, struct row_weights *w) {
         for (int n = 0; n < WINDOWS; n++) {
             uint32_t whole = bits_along(a->place, y, k, n - SIDE, n);
             any |= whole;
-            lanes_of(whole, w->window[k][n]);
+            lanes_of_bits(whole, w->window[k][n]);
         }
         uint32_t two = bits_along(a->place, y, k, -2, 2);
         uint32_t one = bits_along(a->place, y, k, -1, 3) | bits_along(a->place, y, k, -3, 1);
         for (int x = 0; x < NET_TILE; x++)
             w->share[k][x] = two >> x & 1 ? centred : one >> x & 1 ? off_one : at_end;
-        lanes_of(bits_along(a->place, y, k, -1, 0), w->back[k]);
-        lanes_of(bits_along(a->place, y, k, 0, 1), w->ahead[k]);
-        lanes_of(bits_along(a->known, y, k, -1, 0), w->error_back[k]);
-        lanes_of(bits_along(a->known, y, k, 0, 1), w->error_ahead[k]);
+        lanes_of_bits(bits_along(a->place, y, k, -1, 0), w->back[k]);
+        lanes_of_bits(bits_along(a->place, y, k, 0, 1), w->ahead[k]);
+        lanes_of_bits(bits_along(a->known, y, k, -1, 0), w->error_back[k]);
+        lanes_of_bits(bits_along(a->known, y, k, 0, 1), w->error_ahead[k]);
         w->told &= any & (bits_along(a->known, y, k, -1, 0) | bits_along(a->known, y, k, 0, 1));
     }
 }

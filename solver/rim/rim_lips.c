@@ -23,7 +23,7 @@ static void flat_place(const struct march *march, const struct rim_point *point,
     xy[1] = point->q * march->settings->spacing[1];
 }
 
-static int32_t lip_at(const struct rim *rim, size_t k) {
+static int32_t rim_lip_of(const struct rim *rim, size_t k) {
     return rim->lip_of[rim->points[k].sight];
 }
 
@@ -31,10 +31,10 @@ static int32_t lip_at(const struct rim *rim, size_t k) {
 static struct lip take_lip(const struct rim *rim, size_t begin, size_t end, size_t first,
                            const struct rim_point **points) {
     struct lip lip = {.points = points};
-    int32_t number = lip_at(rim, first);
+    int32_t number = rim_lip_of(rim, first);
     bool on = true; /* the last point was one of the lip */
     for (size_t n = 0, k = first; n < end - begin; n++, k = k + 1 < end ? k + 1 : begin) {
-        int32_t own = lip_at(rim, k);
+        int32_t own = rim_lip_of(rim, k);
         if (on || own == number)
             lip.points[lip.count++] = &rim->points[k];
         on = own == number;
@@ -47,13 +47,14 @@ static struct lip take_lip(const struct rim *rim, size_t begin, size_t end, size
 /* Finds lip number `number`, as `drape_rim.cut` counts them: the rim leaves it on its way for the
  * lips of later cuts, which have greater numbers, and at its end for another line. `points` has
  * room for all of the rim. A lip without points if the rim has none of it. */
-static struct lip find_lip(const struct rim *rim, int32_t number, const struct rim_point **points) {
+static struct lip find_rim_lip(const struct rim *rim, int32_t number,
+                               const struct rim_point **points) {
     for (size_t begin = 0, end; begin < rim->count; begin = end) {
         for (end = begin; end < rim->count && rim->points[end].loop == rim->points[begin].loop;)
             end++;
         for (size_t k = begin, last = end - 1; k < end; last = k++)
-            if (lip_at(rim, k) == number && lip_at(rim, last) != number &&
-                abs(lip_at(rim, last)) <= abs(number))
+            if (rim_lip_of(rim, k) == number && rim_lip_of(rim, last) != number &&
+                abs(rim_lip_of(rim, last)) <= abs(number))
                 return take_lip(rim, begin, end, k, points);
     }
     return (struct lip){.points = points};
@@ -159,8 +160,8 @@ static double lip_area(const struct march *march, const struct lip *lip, double 
 static void measure_cut(struct march *march, struct rim *rim, size_t number,
                         const struct rim_point **points, struct drape_cuts *cuts) {
     int32_t own = (int32_t)number + 1;
-    struct lip lip[2] = {find_lip(rim, own, points)};
-    lip[1] = find_lip(rim, -own, points + lip[0].count);
+    struct lip lip[2] = {find_rim_lip(rim, own, points)};
+    lip[1] = find_rim_lip(rim, -own, points + lip[0].count);
     cuts->length[number] = march->cuts->cut[number].length;
     cuts->mouth[number] = march->cuts->cut[number].lip[0][0].r;
     if (lip[0].count < 2 || lip[1].count < 2)

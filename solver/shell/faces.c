@@ -94,13 +94,13 @@ bool edge_is_point(const struct shell *shell, const struct face_edge *edge, doub
 
 /* Makes the run of some segments, and of their halves, from number `at` on, if there is room; the
  * number after them. */
-static uint32_t add_run(struct face *face, uint32_t at, uint32_t first, uint32_t count) {
+static uint32_t add_face_run(struct face *face, uint32_t at, uint32_t first, uint32_t count) {
     struct face_run run = {.first = first, .count = count, .edge = face->segments[first].edge};
     double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
     run.next = at + 1;
     if (count > RUN_MAX) {
-        run.next = add_run(face, run.next, first, count / 2);
-        run.next = add_run(face, run.next, first + count / 2, count - count / 2);
+        run.next = add_face_run(face, run.next, first, count / 2);
+        run.next = add_face_run(face, run.next, first + count / 2, count - count / 2);
     }
     if (!face->runs)
         return run.next;
@@ -125,7 +125,7 @@ enum status face_make_runs(struct face *face, struct arena *arena) {
             for (end = s;
                  end < face->segment_count && face->segments[end].edge == face->segments[s].edge;)
                 end++;
-            count = add_run(face, count, s, end - s);
+            count = add_face_run(face, count, s, end - s);
         }
         face->run_count = count;
         if (pass == 0)
