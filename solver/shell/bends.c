@@ -5,6 +5,7 @@
  */
 #include "solver/surface/trim.h"
 #include "surface_point.h"
+#include <string.h>
 
 /* Samples of a direction: as many as spans within these bounds, in each span as many as go. */
 enum { SAMPLES_LEAST = 32, SAMPLES_MOST = 128, SAMPLES_ALL = 4096 };
@@ -12,7 +13,7 @@ enum { SAMPLES_LEAST = 32, SAMPLES_MOST = 128, SAMPLES_ALL = 4096 };
 /* Between two samples whose normals differ by more than a right angle so many halvings find whether
  * they do so at one point, by more than the 178 degrees at which cloth ends: where the surface goes
  * round a bend they do not. */
-enum { HALVINGS = 50 };
+enum { HALVINGS = 50, SHARPENINGS = 40 };
 static const double back_cosine = -0.99939;
 
 /* A little off the middle, where symmetric parts have their cusps and so no normal. */
@@ -67,6 +68,37 @@ static double greatest_curvature(const struct surface_point *point) {
     return fabs(mean) + radius;
 }
 
+/* The greatest curvature about a sample that has the greatest of all: to where it grows, by steps
+ * in each direction that are halved where it does not. */
+static double sharpen(const struct surface *surface, const struct trim *trim, const double from[2],
+                      const int count[2], double most) {
+    struct surface_cursor cursor = {0};
+    double uv[2] = {from[0], from[1]}, lower[2], upper[2], step[2];
+    surface_domain(surface, lower, upper);
+    for (int k = 0; k < 2; k++)
+        step[k] = (upper[k] - lower[k]) / count[k];
+    for (int round = 0; round < SHARPENINGS; round++) {
+        bool grows = false;
+        for (int way = 0; way < 4; way++) {
+            struct surface_point point;
+            struct sample own;
+            double there[2] = {uv[0], uv[1]};
+            int k = way / 2;
+            there[k] = fmin(fmax(there[k] + (way % 2 ? step[k] : -step[k]), lower[k]), upper[k]);
+            if (!sample_at(surface, trim, &cursor, there[0], there[1], &point, &own) ||
+                !(greatest_curvature(&point) > most))
+                continue;
+            most = greatest_curvature(&point);
+            uv[0] = there[0];
+            uv[1] = there[1];
+            grows = true;
+        }
+        for (int k = 0; k < 2 && !grows; k++)
+            step[k] /= 2;
+    }
+    return most;
+}
+
 /* Number k of the `count` samples of a direction. */
 static double place_of_sample(const struct surface_axis *axis, int k, int count) {
     double at = (k + 0.5) * axis->span_count / count;
@@ -79,7 +111,7 @@ void surface_bends_find(const struct surface *surface, const struct trim *trim,
     const struct surface_axis *axis = surface->axis;
     struct sample row[SAMPLES_MOST] = {{.uv = {0}}};
     struct surface_cursor cursor = {0};
-    double most = 0;
+    double most = 0, sharpest[2] = {0, 0};
     int count[2];
     for (int k = 0; k < 2; k++)
         count[k] = (int)fmin(fmax(axis[k].span_count, SAMPLES_LEAST), SAMPLES_MOST);
@@ -93,8 +125,11 @@ void surface_bends_find(const struct surface *surface, const struct trim *trim,
             struct surface_point point;
             struct sample own;
             if (sample_at(surface, trim, &cursor, place_of_sample(&axis[0], i, count[0]), v, &point,
-                          &own))
-                most = fmax(most, greatest_curvature(&point));
+                          &own) &&
+                greatest_curvature(&point) > most) {
+                most = greatest_curvature(&point);
+                memcpy(sharpest, own.uv, sizeof sharpest);
+            }
             const struct sample *before = opposed(&last, &own)     ? &last
                                           : opposed(&row[i], &own) ? &row[i]
                                                                    : NULL;
@@ -103,5 +138,5 @@ void surface_bends_find(const struct surface *surface, const struct trim *trim,
             last = row[i] = own;
         }
     }
-    bends->least_radius = 1 / most;
+    bends->least_radius = 1 / (most > 0 ? sharpen(surface, trim, sharpest, count, most) : 0);
 }

@@ -280,6 +280,31 @@ static void test_surface_area_and_centroid_of_a_parallelogram(void **state) {
     arena_free(arena);
 }
 
+/* The parabola z = x^2 along y, whose vertex no sample meets, and the half of it beside that. */
+static void test_surface_bends_by_the_least_radius_that_it_has(void **state) {
+    (void)state;
+    static const double knots[] = {0, 0, 0, 1, 1, 1}, knots_v[] = {0, 0, 1, 1};
+    static const double ends[][2] = {{-0.3, 0.7}, {0.25, 0.5}};
+    for (int k = 0; k < 2; k++) {
+        double a = ends[k][0], b = ends[k][1], x[] = {a, (a + b) / 2, b},
+               z[] = {a * a, a * b, b * b};
+        struct vec3 points[6];
+        for (int n = 0; n < 6; n++)
+            points[n] = vec3_make(x[n / 2], n % 2, z[n / 2]);
+        const struct nurbs nurbs = {
+            .u = {2, 3, knots, 6}, .v = {1, 2, knots_v, 4}, .points = points, .point_count = 6};
+        struct arena *arena = arena_new(1 << 20);
+        struct surface *surface;
+        struct surface_bends bends;
+        assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+        surface_bends_find(surface, NULL, &bends);
+        double least = k == 0 ? 0.5 : pow(1 + 4 * a * a, 1.5) / 2;
+        check_below(fabs(bends.least_radius - least), 1e-9);
+        assert_false(bends.turns_back);
+        arena_free(arena);
+    }
+}
+
 /* The unit square with weights a_i b_j, so that x is a function of u alone and y of v: most of it
  * lies within 1e-5 of a corner of the parameters. */
 static void test_surface_area_under_uneven_weights(void **state) {
@@ -388,6 +413,7 @@ int main(void) {
         cmocka_unit_test(test_surface_lies_in_its_bounds),
         cmocka_unit_test(test_surface_grid_has_the_bits_of_places),
         cmocka_unit_test(test_surface_area_and_centroid_of_a_parallelogram),
+        cmocka_unit_test(test_surface_bends_by_the_least_radius_that_it_has),
         cmocka_unit_test(test_surface_area_under_uneven_weights),
         cmocka_unit_test(test_surface_inner_parameters_are_even_under_projective_weights),
         cmocka_unit_test(test_surface_without_area_is_degenerate),
