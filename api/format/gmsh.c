@@ -85,10 +85,16 @@ static void gmsh_view(struct encoder *encoder, const struct vtk_array *array) {
 
 static void gmsh_value(struct encoder *encoder, const struct vtk_array *array, size_t element,
                        const double *values) {
-    const double *t = values, whole[9] = {t[0], t[3], t[5], t[3], t[1], t[4], t[5], t[4], t[2]};
-    bool tensor = array->components == 6;
+    static const int whole[] = {0, 3, 5, 3, 1, 4, 5, 4, 2}; /* XX XY XZ YX YY YZ ZX ZY ZZ */
+    enum { WHOLE = sizeof whole / sizeof *whole };
+    double tensor[WHOLE];
+    for (int k = 0; k < WHOLE && array->components == 6; k++)
+        tensor[k] = values[whole[k]];
     api_text_integer(&encoder->piece, deck_element_id(&encoder->fields, element));
-    write_values(&encoder->piece, tensor ? whole : values, tensor ? 9 : array->components);
+    if (array->components == 6)
+        write_values(&encoder->piece, tensor, WHOLE);
+    else
+        write_values(&encoder->piece, values, array->components);
 }
 
 static const struct field_mesh mesh = {.head = gmsh_head,
