@@ -268,14 +268,15 @@ static bool mesh_of_part(struct bundle *b, struct map_target *target) {
 static void name_deck(const struct format *format, char name[ZIP_NAME_SIZE]) {
     static const struct {
         const char *format, *name;
-    } names[] = {{"json", "map.json"},       {"csv", "elements.csv"},
-                 {"vtu", "map.vtu"},         {"lcmsim", "lcmsim.zip"},
-                 {"lcmsim-h5", "lcmsim.h5"}, {"lims", "lims.dmp"},
-                 {"nastran", "nastran.bdf"}, {"optistruct", "optistruct.fem"},
-                 {"radioss", "radioss.inc"}, {"lsdyna", "lsdyna.k"},
-                 {"abaqus", "abaqus.inp"},   {"calculix", "calculix.inp"},
-                 {"abd", "abd.csv"},         {"acp", "acp.csv"},
-                 {"compost", "compost.json"}};
+    } names[] = {{"json", "map.json"},        {"csv", "elements.csv"},
+                 {"vtu", "map.vtu"},          {"lcmsim", "lcmsim.zip"},
+                 {"lcmsim-h5", "lcmsim.h5"},  {"lims", "lims.dmp"},
+                 {"nastran", "nastran.bdf"},  {"optistruct", "optistruct.fem"},
+                 {"radioss", "radioss.inc"},  {"lsdyna", "lsdyna.k"},
+                 {"abaqus", "abaqus.inp"},    {"calculix", "calculix.inp"},
+                 {"abd", "abd.csv"},          {"acp", "acp.csv"},
+                 {"compost", "compost.json"}, {"gmsh", "gmsh.msh"},
+                 {"unv", "universal.unv"}};
     const char *file = format->name;
     for (size_t n = 0; n < sizeof names / sizeof *names; n++)
         file = strcmp(names[n].format, format->name) == 0 ? names[n].name : file;

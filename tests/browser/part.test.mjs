@@ -412,7 +412,7 @@ test('part: files of other programs get the words of the service', async () => {
     ['part.sldprt', "a CAD system's own document: export the part as STEP"],
     [
       'notes.txt',
-      'must end in .step, .stp, .p21, .iges, .igs, .stl, .obj, .bdf, .nas, .dat, .inp, .k, .key, .msh or .unv',
+      'must end in .step, .stp, .p21, .iges, .igs, .stl, .obj, .bdf, .nas, .dat, .inp, .k, .key, .msh, .unv or .vtu',
     ],
   ]) {
     await choose(name, Buffer.from('PK'));

@@ -133,7 +133,7 @@ contents() {
     # A copy of another version's tables.
     ask draped 'UPDATE draped.schema_version SET version = 99'
     "$DRAPED" backup "$BATS_TEST_TMPDIR/strange"
-    ask draped 'UPDATE draped.schema_version SET version = 12'
+    ask draped 'UPDATE draped.schema_version SET version = 13'
     run "$DRAPED" restore "$BATS_TEST_TMPDIR/strange"
     unharmed
     [[ "$output" == *"made by another version of draped"* ]]

@@ -32,7 +32,7 @@ use() {
 
 @test "library: it brings no libraries along but for these" {
     readelf -d "$LIBRARY/lib/libdrape.so" | sed -nE 's/.*NEEDED.*\[(.*)\]/\1/p' | sort >"$BATS_TEST_TMPDIR/needed"
-    run grep -vE '^(libc|libm|libstdc\+\+|libgcc_s|libjansson|libsodium|libz|ld-linux.*)\.so\.' \
+    run grep -vE '^(libc|libm|libstdc\+\+|libgcc_s|libexpat|libjansson|libsodium|libz|ld-linux.*)\.so\.' \
         "$BATS_TEST_TMPDIR/needed"
     echo "$output"
     [ "$status" = 1 ]

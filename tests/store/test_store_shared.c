@@ -417,7 +417,7 @@ static void test_store_tables_of_another_version_are_refused(void **state) {
     scratch_stop(scratch);
     scratch_script(scratch, scratch->remote ? "UPDATE draped.schema_version SET version = 1000"
                                             : "UPDATE schema_version SET version = 1000");
-    expect_refused(scratch, "has schema 1000, and this version of draped uses 12: use a newer one");
+    expect_refused(scratch, "has schema 1000, and this version of draped uses 13: use a newer one");
     scratch_forget(scratch);
     scratch_script(scratch,
                    scratch->remote
