@@ -42,15 +42,15 @@ IDLE = 0.15  # of a processor, in which a further job finds room
 
 # What runs once, because the other build would find nothing more. What a daemon says to a request is
 # decided alike in both: with sanitizers; so is what a store answers. As it is used: what above all
-# waits, kills, or has programs of others read what was written, and the import of many files, whose
-# time is Open CASCADE's. That code is run with sanitizers by http/, server/ and unit/.
+# waits, kills, or has programs of others read what was written, searches of many nets, and the import
+# of many files, whose time is Open CASCADE's. That code is run with sanitizers by http/, server/ and unit/.
 SANITIZED_ALONE = ("faults/test_disk", "faults/test_hostile", "http/drapes", "http/errors",
                    "http/framing", "http/import", "http/jobs", "http/laminates", "http/limits",
                    "http/map", "http/origin", "http/owners", "http/roles", "http/service",
                    "http/studies", "http/surfaces", "http/tokens", "store/test_store")
 # What waits for children and for time: not every day.
 WAITING = ("server/test_document_pool", "server/test_dispatcher", "server/test_sandbox")
-PLAIN_ALONE = ("http/docs", "http/readers", "faults/test_kills", "faults/test_slow",
+PLAIN_ALONE = ("http/docs", "http/proposals", "http/readers", "faults/test_kills", "faults/test_slow",
                "import/test_import", "store/test_store_durability")
 
 

@@ -80,7 +80,7 @@ teardown() {
     done
     # Of the guide's blocks those of a shell have names, and the tests below run them.
     [ "$(sed -n 's/^```//p' operations.md | grep . | sort | tr '\n' ' ')" = \
-        'nginx sh back-up sh back-up-postgresql sh check sh install sh kubernetes-secret sh restore sh restore-postgresql sh status ' ]
+        'nginx sh back-up sh back-up-postgresql sh check sh install sh kubernetes-secret sh link sh restore sh restore-postgresql sh status ' ]
 }
 
 @test "deploy: the block for Kubernetes makes the files that it names (kubectl is a stand-in)" {
@@ -96,6 +96,23 @@ teardown() {
     call GET /metrics -H 'X-Forwarded-For: 10.1.1.1'
     expect 401
     call GET /metrics -H 'X-Forwarded-For: 10.1.1.1' -H "Authorization: Bearer $(cat "$BATS_TEST_TMPDIR/metrics-token")"
+    expect 200
+}
+
+@test "deploy: the block for links makes one that shows the drape (the address is that of a daemon here)" {
+    dpkg-deb -x "$DEB" "$BATS_TEST_TMPDIR/root"
+    block link "$BATS_TEST_TMPDIR/root/$GUIDE"
+    TOKEN=$("$DRAPED" hash-token anna write --generate 2>&1 >"$BATS_TEST_TMPDIR/tokens" | sed -n 's/^the token: //p')
+    start_daemon "$BATS_TEST_TMPDIR/daemon" --tokens "$BATS_TEST_TMPDIR/tokens"
+    post /v1/drapes $EXAMPLES/saddle.json -H 'Prefer: wait=30' -H "Authorization: Bearer $TOKEN"
+    expect 200
+    ID=$(field .id)
+    curl() { command curl -sS "${@//http:\/\/draped.example/$URL}"; }
+    export -f curl
+    export ID TOKEN URL
+    shown=$(cd "$BATS_TEST_TMPDIR" && bash -eu -o pipefail commands | jq -r .token)
+    unset -f curl
+    call GET "/v1/drapes/$ID/result" -H "Authorization: Bearer $shown"
     expect 200
 }
 
