@@ -32,9 +32,10 @@ struct field_mesh {
 };
 
 struct field_mesh_state {
-    struct vtk_file file;       /* for its list of fields */
-    int section;                /* of the file that is being written */
-    size_t field, index, count; /* of its field; member of its set, of so many */
+    struct vtk_file file; /* for its list of fields */
+    int section;          /* of the file that is being written */
+    size_t field;         /* of the list, in the last section */
+    size_t index, count;  /* the next member of the set that is being written, and all of it */
 };
 
 /* What a format is beside its name, media type and texts; `mesh` is a struct field_mesh. */

@@ -150,31 +150,41 @@ static const char *read_region(const struct listing *listing, const char *text) 
     return NULL;
 }
 
-/* The one member of that number, likewise. */
-static const char *read_one(const struct listing *listing, const char *text) {
+/* The index of the element of that number. As `read_part`. */
+static const char *read_one(const struct listing *listing, const char *text, size_t *element) {
     const struct map_target *target = listing->target;
     int32_t number;
     const char *end = read_whole(text, &number);
     if (!end || (*end != '\0' && *end != ','))
         return NULL;
-    int32_t element = listing->ids ? map_ids_find(listing->ids, target->element_count, number)
-                      : (size_t)number < target->element_count ? number
-                                                               : -1;
-    memset(listing->member, 0, target->element_count);
-    if (element >= 0)
-        listing->member[element] = 1;
-    else
+    int32_t index = listing->ids ? map_ids_find(listing->ids, target->element_count, number)
+                    : (size_t)number < target->element_count ? number
+                                                             : -1;
+    if (index < 0)
         api_problem_set(listing->problem, API_INVALID_REQUEST, "%s: the mesh has no element %d",
                         listing->option, number);
-    return element >= 0 ? end : NULL;
+    *element = (size_t)index;
+    return index >= 0 ? end : NULL;
+}
+
+static bool mark_element(const struct listing *listing, enum map_role role, size_t element) {
+    const struct map_target *target = listing->target;
+    uint8_t *own = &target->roles[element];
+    if (*own != MAP_FABRIC && *own != role)
+        return MAP_REFUSE(listing->problem, "%s: element %d is both in the inlet and in the outlet",
+                          listing->option, target->ids ? target->ids[element] : (int)element);
+    *own = (uint8_t)role;
+    return true;
 }
 
 /* Marks what one entry of a list names. Where it ends, NULL with the problem set. */
 static const char *mark_entry(const struct listing *listing, enum map_role role, const char *text) {
-    const struct map_target *target = listing->target;
     struct api_problem *problem = listing->problem;
-    const char *end = read_one(listing, text);
-    end = end || problem->id != API_OK ? end : read_part(listing, text);
+    size_t element;
+    const char *end = read_one(listing, text, &element);
+    if (end)
+        return mark_element(listing, role, element) ? end : NULL;
+    end = problem->id == API_OK ? read_part(listing, text) : NULL;
     end = end || problem->id != API_OK ? end : read_region(listing, text);
     if (problem->id == API_OK && (!end || (*end != '\0' && *end != ',')))
         (void)MAP_REFUSE(
@@ -182,16 +192,10 @@ static const char *mark_entry(const struct listing *listing, enum map_role role,
             "%s must list elements, properties, sets or regions, separated by commas, "
             "such as 17,18,pid:3,set:NAME,sphere:x:y:z:radius,line:x:y:z:x:y:z:distance",
             listing->option);
-    for (size_t k = 0; problem->id == API_OK && k < target->element_count; k++) {
-        uint8_t *own = &target->roles[k];
-        if (!listing->member[k])
-            continue;
-        if (*own != MAP_FABRIC && *own != role)
-            (void)MAP_REFUSE(problem, "%s: element %d is both in the inlet and in the outlet",
-                             listing->option, target->ids ? target->ids[k] : (int)k);
-        *own = (uint8_t)role;
-    }
-    return problem->id == API_OK ? end : NULL;
+    bool good = problem->id == API_OK;
+    for (size_t k = 0; good && k < listing->target->element_count; k++)
+        good = !listing->member[k] || mark_element(listing, role, k);
+    return good ? end : NULL;
 }
 
 /* Inlet, outlet or channel, each once. */
