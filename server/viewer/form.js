@@ -92,13 +92,19 @@ function suggestSpacing({ size }) {
   return Number((step * power).toPrecision(1));
 }
 
+/** Generators that are said once, of warp and of weft; where weft slides, of warp. */
+const ofEach = (generators, fabric) =>
+  typeof generators === 'string' || generators?.steered
+    ? { warp: generators, ...(slideOf(fabric) ? {} : { weft: generators }) }
+    : generators;
+
 /** Without what the service fills in by itself. */
 function withoutDefaults(settings) {
   const kept = { ...settings, fabric: { ...settings.fabric } };
   for (const [key, value] of Object.entries(DEFAULTS)) if (kept[key] === value) delete kept[key];
+  if (kept.generators) kept.generators = ofEach(kept.generators, kept.fabric);
   const { warp = 'geodesic', weft = 'geodesic' } = kept.generators || {};
-  const named = typeof kept.generators === 'string'; // which the service refuses
-  if (!named && warp === 'geodesic' && weft === 'geodesic') delete kept.generators;
+  if (warp === 'geodesic' && weft === 'geodesic') delete kept.generators;
   if (kept.fabric.kinematics === 'pin_jointed' && !kept.fabric.material)
     delete kept.fabric.kinematics;
   if (kept.fabric.pre_shear_deg === 0) delete kept.fabric.pre_shear_deg;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Generators on the page: of least energy with what they save, and steered by knobs.
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
 import { test } from 'node:test';
 import {
   ask,
@@ -13,6 +15,7 @@ import {
   openPage,
   page,
   picture,
+  root,
   violations,
 } from './helper.mjs';
 
@@ -103,6 +106,28 @@ test('steering: a knob is dragged, its generator follows the pointer, and undo t
   await drapes(() => page.selectOption('#generators', ''));
   assert.deepEqual(await generatorsOf(), { warp: 'geodesic', weft: 'geodesic' });
   assert.equal(await page.locator('#steer-knobs button').count(), 0);
+});
+
+test('steering: generators that a file says once are those of warp and of weft', async () => {
+  const bent = { steered: { points: 2, values: [0, 5e-4, 2e-4, 0] } };
+  const example = JSON.parse(readFileSync(join(root, 'api/examples/freeform.json')));
+  for (const [generators, choice] of [
+    ['least_energy', 'least_energy'],
+    [bent, 'steered'],
+  ]) {
+    const buffer = Buffer.from(JSON.stringify({ ...example, generators }));
+    await page.setInputFiles('#file', { name: 'part.json', mimeType: 'application/json', buffer });
+    await page.waitForFunction(
+      (value) => document.querySelector('#generators').value === value,
+      choice,
+    );
+    await page.click('#drape');
+    await page.waitForFunction(() => location.hash.includes('drape='));
+    await drawn(page);
+    const { warp, weft } = await generatorsOf();
+    assert.deepEqual(warp.steered.values, generators.steered?.values);
+    assert.deepEqual(weft, warp);
+  }
 });
 
 test('steering: what cannot be steered is said at the choice', async () => {
