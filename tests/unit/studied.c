@@ -77,6 +77,11 @@ double studied_value(struct studied *f, const char *name, size_t row) {
     return value;
 }
 
+double studied_best(struct studied *f, enum quantity_id id) {
+    assert_true(f->columns.study.best[id] >= 0);
+    return studied_value(f, quantities[id].name, (size_t)f->columns.study.best[id]);
+}
+
 struct bytes studied_request(struct studied *f, size_t row) {
     struct bytes request = {0};
     struct api_problem problem = {0};

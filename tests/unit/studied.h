@@ -25,8 +25,10 @@ struct studied studied_make(const char *drape, const char *rest);
 void studied_check_threads(const char *drape, const char *rest);
 void studied_free(struct studied *f);
 
-/* A number of a variant, and its drape request. */
+/* A number of a variant, that of the best by it, which there has to be, and a variant's drape
+ * request. */
 double studied_value(struct studied *f, const char *name, size_t row);
+double studied_best(struct studied *f, enum quantity_id id);
 struct bytes studied_request(struct studied *f, size_t row);
 
 /* A variant has the numbers of its drape, to the last bit. */

@@ -4,12 +4,6 @@
 #include "tests/check.h"
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
-
-static double best_value(struct studied *f, enum quantity_id id) {
-    assert_true(f->columns.study.best[id] >= 0);
-    return studied_value(f, quantities[id].name, (size_t)f->columns.study.best[id]);
-}
 
 /* With a part of the drapes it finds what a grid finds, or better, and keeps its budget. */
 static void test_optimise_beats_a_grid(void **state) {
@@ -23,8 +17,8 @@ static void test_optimise_beats_a_grid(void **state) {
         snprintf(rest, sizeof rest, "%s,\"search\":\"optimise\",\"budget\":180", vary);
         struct studied best = studied_make(parts[k].data, rest);
         check_at_most(best.rows, 180);
-        check_at_most(best_value(&best, QUANTITY_MAX_SHEAR),
-                      best_value(&grid, QUANTITY_MAX_SHEAR) + 1e-9);
+        check_at_most(studied_best(&best, QUANTITY_MAX_SHEAR),
+                      studied_best(&grid, QUANTITY_MAX_SHEAR) + 1e-9);
         studied_check_bits(&best, (size_t)best.columns.study.best[QUANTITY_MAX_SHEAR]);
         studied_free(&grid);
         studied_free(&best);
@@ -57,7 +51,7 @@ static void test_optimise_goes_over_the_faces_of_a_shell(void **state) {
         "\"vary\":{\"start\":{\"grid\":9},\"angle_deg\":{\"from\":0,\"to\":80,\"step\":10}},"
         "\"search\":\"optimise\",\"budget\":120,\"objectives\":[\"waste_area\"]");
     (void)state;
-    check_at_most(best_value(&f, QUANTITY_WASTE_AREA), 0.005);
+    check_at_most(studied_best(&f, QUANTITY_WASTE_AREA), 0.005);
     studied_free(&f);
 }
 
@@ -76,7 +70,7 @@ static void test_optimise_ends_where_all_are_as_good(void **state) {
         struct studied f = studied_make(studied_roof, rest);
         check_at_least(f.rows, k ? 120 : 45);
         check_at_most(f.rows, k ? 120 : 50);
-        check_at_most(best_value(&f, QUANTITY_MAX_SHEAR), 1e-9);
+        check_at_most(studied_best(&f, QUANTITY_MAX_SHEAR), 1e-9);
         studied_free(&f);
     }
 }
@@ -128,120 +122,6 @@ static void test_optimise_ends_in_a_pole(void **state) {
     studied_free(&f);
 }
 
-/* A limit that the best without it breaks holds at what comes out, and is all but reached; once the
- * search knows the part most of what it looks at keeps it. */
-static void test_optimise_keeps_limits(void **state) {
-    char rest[500];
-    struct bytes part = studied_mesh();
-    double limit = 90, deviation = 0;
-    (void)state;
-    for (int k = 0; k < 2; k++) {
-        snprintf(
-            rest, sizeof rest,
-            "\"vary\":{\"start\":{\"grid\":9},\"angle_deg\":{\"from\":0,\"to\":170,\"step\":10}},"
-            "\"wanted_direction\":[3,1,0],\"search\":\"optimise\",\"budget\":500,"
-            "\"objectives\":[\"max_shear_deg\"],"
-            "\"limits\":{\"angle_deviation_deg\":{\"max\":%.17g}}",
-            limit);
-        struct studied f = studied_make(part.data, rest);
-        size_t best = (size_t)f.columns.study.best[QUANTITY_MAX_SHEAR];
-        deviation = studied_value(&f, "angle_deviation_deg", best);
-        assert_true(studied_value(&f, "feasible", best) == 1);
-        check_at_most(deviation, limit);
-        size_t kept = 0;
-        for (size_t row = 400; row < f.rows; row++)
-            kept += studied_value(&f, "feasible", row) > 0;
-        check_at_least((double)kept, 0.5 * (double)(f.rows - 400));
-        if (k == 1)
-            check_at_least(deviation, 0.7 * limit);
-        limit = 0.5 * deviation;
-        studied_free(&f);
-    }
-    bytes_free(&part);
-}
-
-/* Two objectives: the ends of the front are as good as each search alone, and there is more between
- * them than the first round found. */
-static void test_optimise_spreads_a_front(void **state) {
-    struct bytes part = studied_mesh();
-    struct studied f = studied_make(
-        part.data,
-        "\"vary\":{\"start\":{\"grid\":9},\"angle_deg\":{\"from\":0,\"to\":170,\"step\":10}},"
-        "\"wanted_direction\":[1,1,0],\"search\":\"optimise\",\"budget\":500,"
-        "\"objectives\":[\"p95_shear_deg\",\"angle_deviation_deg\"]");
-    size_t refined = 0;
-    (void)state;
-    for (size_t k = 250; k < f.rows; k++)
-        refined += studied_value(&f, "pareto", k) > 0;
-    check_at_least(f.columns.study.pareto, 8);
-    check_at_least((double)refined, 0.4 * (double)f.columns.study.pareto);
-    studied_free(&f);
-    bytes_free(&part);
-}
-
-/* Of a net of many nodes a part of what the search looks at is on a coarser one, and the best was
- * draped as asked, be the budget as small as can be. */
-static void test_optimise_of_a_fine_net_ends_on_it(void **state) {
-    struct bytes coarse = studied_saddle(), part = text_replace(coarse.data, "0.25", "0.025");
-    size_t coarse_rows = 0;
-    char rest[200];
-    (void)state;
-    for (int budget = 20; budget <= 66; budget += 46) {
-        snprintf(rest, sizeof rest,
-                 "\"vary\":{\"start\":{\"grid\":9}},\"search\":\"optimise\",\"budget\":%d,"
-                 "\"objectives\":[\"max_shear_deg\"]",
-                 budget);
-        struct studied f = studied_make(part.data, rest);
-        size_t best = (size_t)f.columns.study.best[QUANTITY_MAX_SHEAR], proposed = 0;
-        check_above(f.columns.study.coarse, 10);
-        check_above(f.columns.study.coarse, coarse_rows);
-        assert_true(studied_value(&f, "coarseness", 0) == 1);
-        assert_true(studied_value(&f, "coarseness", best) == 1);
-        for (size_t k = 50; k < f.rows; k++) /* of those proposed more than half are as asked */
-            proposed += studied_value(&f, "coarseness", k) == 1;
-        check_at_least(2 * proposed, f.rows > 50 ? f.rows - 50 : 0);
-        studied_check_bits(&f, best);
-        studied_check_bits(&f, 19);
-        check_above(studied_value(&f, "coarseness", 19), 3);
-        coarse_rows = f.columns.study.coarse;
-        studied_free(&f);
-    }
-    bytes_free(&part);
-    bytes_free(&coarse);
-}
-
-/* A search with the larger budget begins as that with the smaller, to the last bit, and so its best
- * is never worse, wherever in an epoch the smaller ends. */
-static void test_optimise_is_never_worse_with_more(void **state) {
-    static const int budgets[] = {20, 37, 101, 240, 620};
-    enum { BUDGETS = sizeof budgets / sizeof *budgets };
-    struct bytes part = studied_mesh();
-    struct studied f[BUDGETS];
-    char rest[300];
-    (void)state;
-    for (int b = 0; b < BUDGETS; b++) {
-        snprintf(
-            rest, sizeof rest,
-            "\"vary\":{\"start\":{\"grid\":9},\"angle_deg\":{\"from\":0,\"to\":85,\"step\":5}},"
-            "\"search\":\"optimise\",\"budget\":%d,\"objectives\":[\"max_shear_deg\"]",
-            budgets[b]);
-        f[b] = studied_make(part.data, rest);
-        assert_int_equal(f[b].rows, budgets[b]);
-    }
-    for (int b = 1; b < BUDGETS; b++) {
-        for (size_t k = 0; k < f[b - 1].rows; k++) {
-            assert_true(studied_value(&f[b], "x", k) == studied_value(&f[b - 1], "x", k));
-            assert_true(studied_value(&f[b], "angle_deg", k) ==
-                        studied_value(&f[b - 1], "angle_deg", k));
-        }
-        check_at_most(best_value(&f[b], QUANTITY_MAX_SHEAR),
-                      best_value(&f[b - 1], QUANTITY_MAX_SHEAR));
-    }
-    for (int b = 0; b < BUDGETS; b++)
-        studied_free(&f[b]);
-    bytes_free(&part);
-}
-
 /* z = x y over [0, 1]^2 is its own mirror image in x = y, a plane across a principal axis: the
  * search begins with the drape's own start and with the place of that plane next to it, along the
  * plane and at 45 degrees to it, and with the drape's own direction. */
@@ -280,10 +160,6 @@ int main(void) {
         cmocka_unit_test(test_optimise_ends_where_all_are_as_good),
         cmocka_unit_test(test_optimise_keeps_to_what_is_left_of_a_face),
         cmocka_unit_test(test_optimise_ends_in_a_pole),
-        cmocka_unit_test(test_optimise_keeps_limits),
-        cmocka_unit_test(test_optimise_spreads_a_front),
-        cmocka_unit_test(test_optimise_of_a_fine_net_ends_on_it),
-        cmocka_unit_test(test_optimise_is_never_worse_with_more),
         cmocka_unit_test(test_optimise_begins_with_what_is_obvious),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
