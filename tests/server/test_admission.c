@@ -319,6 +319,144 @@ static void test_admission_shares_busy_ones_alike(void **state) {
     quotas_free(quotas);
 }
 
+/* ------------------------------------------------------------------ in reserve */
+
+/* Busy ones of proxies, which nobody may close: whoever comes is in reserve, and beyond that in the
+ * place of the one in reserve that is idle for longest; of none that has sent something. */
+static void test_admission_replaces_in_reserve_who_is_idle_longest(void **state) {
+    static struct admission_client reserve[ADMISSION_RESERVE + 2];
+    struct house *house = *state;
+    int ends[2];
+    make_busy(house);
+    for (int k = 0; k < PLACES; k++)
+        house->clients[k].shared = true;
+    assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
+    for (int k = 0; k < ADMISSION_RESERVE; k++) {
+        assert_true(
+            admission_enter(house->admissions, &reserve[k], "new", false, k == 7 ? ends[0] : -1));
+        assert_int_equal(reserve[k].how, ADMISSION_FULL);
+        atomic_store(&reserve[k].active_us, clock_us() - (k == 5 || k == 7 ? k : 1) * SECOND_US);
+    }
+    assert_int_equal(write(ends[1], "GET", 3), 3);
+    for (int n = 0; n < 2; n++) {
+        assert_true(
+            admission_enter(house->admissions, &reserve[ADMISSION_RESERVE + n], "few", false, -1));
+        assert_int_equal(reserve[ADMISSION_RESERVE + n].how, ADMISSION_OWNER_FULL);
+        for (int k = 0; k < ADMISSION_RESERVE; k++)
+            assert_int_equal(reserve[k].closing, k == 5 || (n == 1 && k == 0));
+    }
+    for (int k = 0; k < ADMISSION_RESERVE + 2; k++)
+        atomic_store(&reserve[k].active_us, clock_us() + SECOND_US);
+    assert_false(enter(house, PLACES, "new")); /* none is idle */
+    for (int k = 0; k < PLACES; k++)
+        assert_false(house->clients[k].closing);
+    for (int k = 0; k < ADMISSION_RESERVE + 2; k++)
+        admission_leave(house->admissions, &reserve[k]);
+    assert_true(enter(house, PLACES, "new"));
+    close(ends[0]);
+    close(ends[1]);
+}
+
+/* Of an owner with many idle ones no more are closed than may be on their way out. */
+static void test_admission_closes_so_many_at_a_time(void **state) {
+    enum { MOST = 100 };
+    static struct admission_client clients[MOST + ADMISSION_CLOSING + 1];
+    const int64_t limits[QUOTAS_KINDS] = {[QUOTAS_CONNECTIONS] = 1000};
+    struct quotas *quotas = quotas_new(limits);
+    struct admissions *admissions = admissions_new(quotas, MOST);
+    (void)state;
+    for (int k = 0; k < MOST + ADMISSION_CLOSING + 1; k++) {
+        assert_true(admission_enter(admissions, &clients[k], "owner", false, -1));
+        assert_int_equal(clients[k].how,
+                         k < MOST + ADMISSION_CLOSING ? ADMISSION_SERVED : ADMISSION_OWNER_FULL);
+        atomic_store(&clients[k].active_us, clock_us() - SECOND_US);
+    }
+    for (int k = 0; k < MOST; k++)
+        assert_int_equal(clients[k].closing, k < ADMISSION_CLOSING);
+    assert_int_equal(quotas_of(quotas, "owner", QUOTAS_CONNECTIONS), MOST);
+    for (int k = 0; k < MOST + ADMISSION_CLOSING + 1; k++)
+        admission_leave(admissions, &clients[k]);
+    assert_int_equal(quotas_left(quotas, QUOTAS_CONNECTIONS), 1000);
+    assert_true(admission_enter(admissions, &clients[0], "owner", false, -1));
+    admission_leave(admissions, &clients[0]);
+    admissions_free(admissions);
+    admissions_free(NULL);
+    quotas_free(quotas);
+    quotas_free(NULL);
+}
+
+/* A tenth of a second passes before one counts as idle. */
+static void test_admission_gives_a_moment_of_grace(void **state) {
+    struct house *house = *state;
+    int64_t begun = clock_us();
+    for (int k = 0; k < PLACES; k++)
+        atomic_store(&house->clients[k].active_us, begun);
+    assert_true(enter(house, PLACES, "owner"));
+    if (clock_us() - begun < SECOND_US / 10) /* this machine was not too slow to see it */
+        assert_int_equal(house->clients[PLACES].how, ADMISSION_OWNER_FULL);
+    admission_leave(house->admissions, &house->clients[PLACES]);
+    scratch_sleep(150);
+    assert_true(enter(house, PLACES, "owner"));
+    assert_int_equal(house->clients[PLACES].how, ADMISSION_SERVED);
+}
+
+/* At the last one below a bound of its own, and at the last one that is left. */
+static void test_quotas_end_where_they_say(void **state) {
+    static const struct {
+        int64_t limit, others, held, amount, most;
+        bool fits;
+    } rows[] = {
+        {100, 0, 0, 1, 1, true},    {100, 0, 0, 2, 1, false},    {100, 0, 1, 1, 2, true},
+        {100, 0, 1, 1, 1, false},   {100, 0, 0, 50, 99, true},   {100, 0, 0, 51, 99, false},
+        {100, 0, 49, 1, 99, true},  {100, 0, 50, 1, 99, false},  {100, 98, 0, 1, 99, true},
+        {100, 98, 0, 2, 99, false}, {100, 100, 0, 1, 99, false}, {100, 90, 4, 1, 99, true},
+        {100, 90, 5, 1, 99, false},
+    };
+    (void)state;
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        struct quotas *quotas = quotas_new((int64_t[QUOTAS_KINDS]){0, rows[k].limit, 0});
+        if (rows[k].others)
+            assert_true(quotas_add(quotas, "others", QUOTAS_STREAMS, rows[k].others));
+        if (rows[k].held)
+            assert_true(quotas_add(quotas, "owner", QUOTAS_STREAMS, rows[k].held));
+        assert_int_equal(quotas_fit(quotas, "owner", QUOTAS_STREAMS, rows[k].amount, rows[k].most),
+                         rows[k].fits);
+        assert_int_equal(quotas_take(quotas, "owner", QUOTAS_STREAMS, rows[k].amount, rows[k].most),
+                         rows[k].fits);
+        int64_t held = rows[k].held + rows[k].fits * rows[k].amount;
+        assert_int_equal(quotas_of(quotas, "owner", QUOTAS_STREAMS), held);
+        assert_int_equal(quotas_left(quotas, QUOTAS_STREAMS),
+                         rows[k].limit - rows[k].others - held);
+        if (held)
+            quotas_give(quotas, "owner", QUOTAS_STREAMS, held);
+        if (rows[k].others)
+            quotas_give(quotas, "others", QUOTAS_STREAMS, rows[k].others);
+        quotas_free(quotas);
+    }
+}
+
+/* What one kind takes says nothing of another, and who has given all back is forgotten. */
+static void test_quotas_keep_kinds_apart(void **state) {
+    struct quotas *quotas = quotas_new((int64_t[QUOTAS_KINDS]){10, 20, 30});
+    (void)state;
+    assert_true(quotas_add(quotas, "a", QUOTAS_CONNECTIONS, 1));
+    assert_true(quotas_add(quotas, "a", QUOTAS_BODIES, 3));
+    assert_true(quotas_add(quotas, "b", QUOTAS_BODIES, 4));
+    for (int give = 0; give < 3; give++) {
+        assert_int_equal(quotas_of(quotas, "a", QUOTAS_CONNECTIONS), give < 2);
+        assert_int_equal(quotas_of(quotas, "a", QUOTAS_STREAMS), 0);
+        assert_int_equal(quotas_of(quotas, "a", QUOTAS_BODIES), give < 1 ? 3 : 0);
+        assert_int_equal(quotas_of(quotas, "b", QUOTAS_BODIES), 4);
+        assert_int_equal(quotas_left(quotas, QUOTAS_CONNECTIONS), give < 2 ? 9 : 10);
+        assert_int_equal(quotas_left(quotas, QUOTAS_STREAMS), 20);
+        assert_int_equal(quotas_left(quotas, QUOTAS_BODIES), give < 1 ? 23 : 26);
+        if (give < 2)
+            quotas_give(quotas, "a", give ? QUOTAS_CONNECTIONS : QUOTAS_BODIES, give ? 1 : 3);
+    }
+    quotas_give(quotas, "b", QUOTAS_BODIES, 4);
+    quotas_free(quotas);
+}
+
 int main(void) {
 #define IN_FULL_HOUSE(test) cmocka_unit_test_setup_teardown(test, set_up_full, tear_down)
 #define IN_HOUSE(test) cmocka_unit_test_setup_teardown(test, set_up, tear_down)
@@ -338,6 +476,11 @@ int main(void) {
         cmocka_unit_test(test_admission_leaves_a_place_for_who_comes),
         cmocka_unit_test(test_shares_leave_a_place_for_who_comes),
         cmocka_unit_test(test_shares_let_the_only_body_grow),
+        IN_FULL_HOUSE(test_admission_replaces_in_reserve_who_is_idle_longest),
+        IN_HOUSE(test_admission_gives_a_moment_of_grace),
+        cmocka_unit_test(test_admission_closes_so_many_at_a_time),
+        cmocka_unit_test(test_quotas_end_where_they_say),
+        cmocka_unit_test(test_quotas_keep_kinds_apart),
     };
     return cmocka_run_group_tests_name("admission", tests, NULL, NULL);
 }
