@@ -4,6 +4,7 @@
 #include "api/request/digest.h"
 #include "api/request/prepared_form.h"
 #include "api/request/preview.h"
+#include "refusal.h"
 #include <string.h>
 
 /* A patch of fewer control points is decoded and made sooner than its form is handed over. */
@@ -41,6 +42,19 @@ enum api_problem_id api_check_names(const struct api_input *input,
                : api_problem_no_memory(problem, "the request");
 }
 
+static enum api_problem_id check_cuts(const struct prepared_part *part,
+                                      const struct drape_settings *settings, struct arena *arena,
+                                      struct api_problem *problem) {
+    struct drape_result result = {0};
+    struct arena_mark mark = arena_mark(arena);
+    if (settings->cut_count > 0) {
+        enum status status = drape_check_cuts(&part->part, settings, arena, &result);
+        (void)!refusal_of_status(problem, status, settings, &result);
+    }
+    arena_rewind(arena, mark);
+    return problem->id;
+}
+
 /* Of a surface with very many spans it is left for the solver to say whether it takes that. */
 static enum api_problem_id check_part(struct api_request *request, const struct api_limits *limits,
                                       struct arena *arena, const struct api_sink *forms,
@@ -51,7 +65,8 @@ static enum api_problem_id check_part(struct api_request *request, const struct 
     bool wanted = forms && api_check_expects_form(request, arena);
     struct drape_settings settings = request->settings;
     if (prepared_part_make(request, limits, arena, &part, problem) == API_OK &&
-        prepared_part_settle(&part, arena, &settings, problem) == API_OK && wanted)
+        prepared_part_settle(&part, arena, &settings, problem) == API_OK &&
+        check_cuts(&part, &settings, arena, problem) == API_OK && wanted)
         api_check_write_form(request, &part, arena, forms, check);
     return problem->id;
 }

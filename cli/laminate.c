@@ -32,6 +32,11 @@ bool laminate_job_run(struct laminate_job *job, const struct api_input *input,
     if (problem->id != API_OK ||
         laminate_resolve(&job->laminate, limits, job->arena, problem) != API_OK)
         return false;
+    bool cut = false;
+    for (size_t k = 0; k < job->laminate.count; k++)
+        cut = cut || job->laminate.plies[k].drape.settings.cut_count > 0;
+    if (cut && laminate_check_drapes(&job->laminate, limits, job->arena, problem) != API_OK)
+        return false;
     size_t count = job->laminate.net_count;
     job->nets = arena_alloc(job->arena, count, sizeof *job->nets);
     job->problems = arena_alloc(job->arena, count, sizeof *job->problems);

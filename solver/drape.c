@@ -284,6 +284,26 @@ static enum status begin_cuts(struct march *march, struct cut_fault *fault) {
                : status;
 }
 
+enum status drape_check_cuts(const struct drape_part *whole, const struct drape_settings *settings,
+                             struct arena *arena, struct drape_result *result) {
+    const struct drape_part part = without_joints(whole);
+    struct march_watch watch = {.busy = ATOMIC_FLAG_INIT};
+    struct drape_settings plain = *settings;
+    for (int k = 0; k < 2; k++)
+        plain.generator[k] = (struct drape_generator){.kind = DRAPE_GENERATOR_GEODESIC};
+    struct march march = {.surface = part.surface,
+                          .trim = part.trim,
+                          .mesh = part.mesh,
+                          .settings = &plain,
+                          .method = &drape_method_traits[settings->method],
+                          .arena = arena,
+                          .watch = &watch};
+    enum status status = begin(&part, NULL, &march, &result->faulty_generator);
+    if (status == STATUS_OK)
+        status = begin_cuts(&march, &result->faulty_cut);
+    return status == STATUS_CUT || status == STATUS_OUT_OF_MEMORY ? status : STATUS_OK;
+}
+
 /* The row that was asked for: from the column next to the start on to both sides, as long as there
  * are places. */
 static enum status take_row(struct march *march, struct drape_row *row) {

@@ -43,6 +43,13 @@ enum status drape_solve(const struct drape_part *part, const struct drape_settin
                         struct drape_result *result) STATUS_MUST_USE;
 
 /*
+ * Whether the cuts of a drape can be laid, at a hundredth of its cost: STATUS_OK, STATUS_CUT with
+ * `result->faulty_cut`, or STATUS_OUT_OF_MEMORY. What else is wrong with the settings is not told.
+ */
+enum status drape_check_cuts(const struct drape_part *part, const struct drape_settings *settings,
+                             struct arena *arena, struct drape_result *result) STATUS_MUST_USE;
+
+/*
  * What many drapes of a part by one method share, in `arena`, for `settings->prepared`: the smooth
  * surface of a mesh; for the method mosaic the triangles of a surface, or of the component of a
  * shell. It may be used by many threads at once. Drapes of another spacing or component make their

@@ -29,4 +29,9 @@ enum status laid_line_make(const struct laid_line_part *part, const struct drape
                            double reach, struct arena *arena,
                            struct drape_cut_line *line) STATUS_MUST_USE;
 
+/* Whether a line crosses itself, or comes back to within `within` of itself, and where then. A
+ * corner of more than some 6 degrees is no return, nor is the end of a line that is its first
+ * point. Points that follow each other are different ones. */
+bool laid_line_meets_itself(const struct drape_cut_line *line, double within, struct vec3 *at);
+
 #endif

@@ -132,7 +132,8 @@ enum cut_fault_kind {
     CUT_OFF_PART,      /* a point of its path is further from the part than a spacing */
     CUT_SHORT,         /* it is shorter than a spacing */
     CUT_AT_START,      /* it passes the start */
-    CUT_CROSSES,       /* it crosses another one */
+    CUT_CROSSES,       /* it crosses another one, */
+    CUT_CROSSES_SELF,  /* or itself */
     CUT_BEGINS_INSIDE, /* its first point is no edge of the part, a hole or another cut */
     CUT_SPLITS         /* its last point is an edge, too: it divides the part */
 };

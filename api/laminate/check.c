@@ -47,19 +47,7 @@ static enum api_problem_id check_in(const struct api_input *input, const struct 
         return problem->id;
     if (!laminate.surface.form && !prepared_part_is_large(&laminate.surface))
         laminate.surface.form = prepared_form_make(&laminate.surface, arena);
-    for (size_t n = 0; n < laminate.net_count; n++) { /* whether the solver could take each drape */
-        const struct laminate_pieces *pieces = laminate.plies[laminate.net_ply[n]].pieces;
-        if (pieces && pieces->courses) /* it has already */
-            continue;
-        struct api_request drape = laminate_drape(&laminate, laminate.net_ply[n]);
-        drape.surface.form = laminate.surface.form;
-        struct api_problem own = {.id = API_OK};
-        struct arena_mark mark = arena_mark(arena);
-        if (api_check_decoded(&drape, limits, arena, &own) != API_OK)
-            laminate_fault_of_ply(&laminate, laminate.net_ply[n], &own, problem);
-        arena_rewind(arena, mark);
-    }
-    if (problem->id != API_OK)
+    if (laminate_check_drapes(&laminate, limits, arena, problem) != API_OK)
         return problem->id;
     /* The record, as in the header. */
     struct api_text text = api_text_growing(arena);

@@ -254,6 +254,18 @@ static bool divides_nothing(const struct division *d, double size, const struct 
     return true;
 }
 
+/* Whether all posts of a split are so near to splits before it that no region lies between. */
+static bool lies_on_others(const struct curtain_line *lines, size_t own, double size) {
+    bool near = own > 0;
+    for (size_t k = 1; k + 1 < lines[own].count && near; k++) {
+        near = false;
+        for (size_t other = 0; other < own && !near; other++)
+            for (size_t n = 0; n < lines[other].count && !near; n++)
+                near = vec3_distance(lines[own].posts[k].r, lines[other].posts[n].r) < size;
+    }
+    return near;
+}
+
 bool division_make(const struct drape_part *part, const struct mesh *mesh, double size,
                    double reach, const struct laminate_pieces *pieces, struct arena *arena,
                    struct division *d, enum division_fault *fault) {
@@ -296,11 +308,14 @@ bool division_make(const struct drape_part *part, const struct mesh *mesh, doubl
     }
     if (!d->regions)
         return false;
-    for (d->fault = 0; d->fault < pieces->split_count; d->fault++)
-        if (divides_nothing(d, size, lines[d->fault].posts, lines[d->fault].count)) {
-            *fault = DIVISION_DIVIDES_NOTHING;
-            d->at = pieces->splits[d->fault].path[0];
+    for (d->fault = 0; d->fault < pieces->split_count; d->fault++) {
+        const struct curtain_line *own = &lines[d->fault];
+        d->at = pieces->splits[d->fault].path[0];
+        *fault = lies_on_others(lines, d->fault, size)              ? DIVISION_REPEATED
+                 : divides_nothing(d, size, own->posts, own->count) ? DIVISION_DIVIDES_NOTHING
+                                                                    : DIVISION_SOUND;
+        if (*fault != DIVISION_SOUND)
             return true;
-        }
+    }
     return true;
 }

@@ -36,7 +36,12 @@ enum api_problem_id division_mesh(const struct drape_part *part, int32_t face, s
                                   const struct mesh **mesh, double *size,
                                   struct api_problem *problem) STATUS_MUST_USE;
 
-enum division_fault { DIVISION_SOUND, DIVISION_OFF_PART, DIVISION_DIVIDES_NOTHING };
+enum division_fault {
+    DIVISION_SOUND,
+    DIVISION_OFF_PART,
+    DIVISION_DIVIDES_NOTHING,
+    DIVISION_REPEATED /* it lies on splits before it */
+};
 
 /* Divides the part along splits, whose points are at most `reach` off it. False without memory;
  * `fault` says what is wrong with the split division->fault, if anything is, and where. */

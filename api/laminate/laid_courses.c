@@ -2,6 +2,7 @@
 #include "laid_courses.h"
 
 #include "api/request/prepared_part.h"
+#include "solver/laid_line.h"
 #include "solver/shell/shell.h"
 #include "solver/surface/measure.h"
 #include <math.h>
@@ -79,6 +80,22 @@ static enum api_problem_id check_lengths(const struct laying *l,
     if (!(settings->drape.spacing[0] < size))
         return refuse_at(l, API_INVALID_REQUEST, "/fabric/spacing", text);
     return API_OK;
+}
+
+/* Within a spacing a course cannot be laid to the side of a path that it is beside itself. */
+static enum api_problem_id check_path(const struct laying *l,
+                                      const struct courses_settings *settings) {
+    const struct drape_cut_line line = {settings->path, settings->path_count};
+    struct vec3 at;
+    char text[200];
+    if (settings->along != COURSES_ALONG_PATH ||
+        !laid_line_meets_itself(&line, settings->drape.spacing[0], &at))
+        return API_OK;
+    (void)snprintf(text, sizeof text,
+                   "crosses itself, or comes back to itself, at (%.6g, %.6g, %.6g), so that it has "
+                   "no side for courses: end it before that place, or lead it round",
+                   at.x, at.y, at.z);
+    return refuse_at(l, API_INVALID_REQUEST, "/courses/along/path", text);
 }
 
 /* The first point of the path that is off the part, or else the path. */
@@ -343,7 +360,7 @@ enum api_problem_id laid_courses_make(const struct laminate *laminate, size_t k,
         laminate_fault_of_ply(laminate, k, &own, problem);
     else if (!settle_courses(&l, number, pieces->courses, &request, &settings))
         api_problem_no_memory(problem, "the courses");
-    else if (check_lengths(&l, &settings) == API_OK) {
+    else if (check_lengths(&l, &settings) == API_OK && check_path(&l, &settings) == API_OK) {
         enum status status = courses_lay(&l.shape.part, &settings, NULL, scratch, &laid);
         if (status != STATUS_OK)
             (void)!refuse_status(&l, &settings, status, laid.faulty);

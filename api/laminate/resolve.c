@@ -378,6 +378,11 @@ static enum api_problem_id divide_ply(struct boundary_surface *on, size_t k,
                                "divides nothing, for the same piece is on both sides of it: let it "
                                "go from edge to edge of the part, or to another split, or end "
                                "where it begins; a line with an end inside belongs into \"cuts\"");
+    if (fault == DIVISION_REPEATED)
+        return api_problem_add(on->problem, pointer,
+                               "lies on splits before it: no place of it is further from them than "
+                               "%.4g, and narrower pieces are not found. Leave it out, or move it",
+                               on->mesh_size);
     (void)snprintf(pointer, sizeof pointer, "/plies/%zu/splits", k);
     if (division.count > LAMINATE_PIECES_MAX)
         return api_problem_add(on->problem, pointer,

@@ -11,6 +11,12 @@
  * anybody can post again. NULL without memory. */
 const char *laminate_request(const struct laminate *laminate, size_t n, struct arena *arena);
 
+/* Whether the solver could take each drape (`api_check_decoded`). Problems: of all that it could
+ * not, at the first ply that has the net. */
+enum api_problem_id laminate_check_drapes(const struct laminate *laminate,
+                                          const struct api_limits *limits, struct arena *arena,
+                                          struct api_problem *problem) STATUS_MUST_USE;
+
 /* Drapes net n as `api_run` does; `surface` is the stored surface that the laminate names, if it
  * does. What is wrong is said of the first ply that has the net. */
 enum api_problem_id laminate_run(const struct laminate *laminate, size_t n,

@@ -298,6 +298,26 @@ static enum status lay_cut(struct maker *m, struct cut *cut, struct curtain_line
     return STATUS_OK;
 }
 
+/* A cut that comes back to itself within this share of a spacing crosses itself: chords of steps
+ * that cross on a curved part are less far apart. */
+static const double on_itself = 0.02;
+
+/* Whether a cut crosses itself, on the posts of its curtain. */
+static enum status find_own_crossing(const struct maker *m, const struct curtain_line *line,
+                                     size_t own, struct cut_fault *fault) {
+    size_t count = line->count - 1; /* the first post is beyond the edge */
+    struct vec3 *points = arena_take(m->march->arena, count, sizeof *points), at;
+    if (!points)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < count; k++)
+        points[k] = line->posts[k + 1].r;
+    if (!laid_line_meets_itself(&(struct drape_cut_line){points, count}, on_itself * m->spacing,
+                                &at))
+        return STATUS_OK;
+    *fault = (struct cut_fault){CUT_CROSSES_SELF, own, own, at};
+    return STATUS_CUT;
+}
+
 /* Whether a cut crosses one before it: a step of it pierces that one's curtain, but the first, with
  * which it may begin there. */
 static enum status find_crossed_cut(const struct maker *m, const struct curtain_line *lines,
@@ -375,6 +395,8 @@ enum status cuts_make(struct march *march, struct cut_fault *fault) {
         if (status == STATUS_OK &&
             nearest_on_cut(cut, march->start.point.jet.r, &nearest) < 1e-3 * m.spacing)
             status = STATUS_CUT;
+        if (status == STATUS_OK)
+            status = find_own_crossing(&m, &lines[cuts->count], cuts->count, fault);
         if (status == STATUS_OK)
             status = find_crossed_cut(&m, lines, cuts->count, fault);
     }

@@ -382,6 +382,53 @@ static void test_what_is_no_cut_is_told(void **state) {
     }
 }
 
+/* A cut that crosses itself, turns back on itself or ends beside itself is told; one that winds, or
+ * has a corner of 10 degrees, is none of them. */
+static void test_a_cut_that_crosses_itself_is_told(void **state) {
+    static struct shape shape;
+    const double x[2] = {0, 100}, y[2] = {0, 80};
+    static const struct {
+        struct vec3 path[6];
+        size_t count;
+        enum status status;
+        struct vec3 at; /* within half a spacing */
+    } cases[] = {{{{50, 80, 0}, {50, 40, 0}, {70, 40, 0}, {70, 60, 0}, {40, 60, 0}},
+                  5,
+                  STATUS_CUT,
+                  {50, 60, 0}},
+                 {{{50, 80, 0}, {50, 40, 0}, {50, 60, 0}}, 3, STATUS_CUT, {50, 60, 0}},
+                 {{{50, 80, 0}, {50, 40, 0}, {70, 40, 0}, {70, 60, 0}, {50.01, 60, 0}},
+                  5,
+                  STATUS_CUT,
+                  {50, 60, 0}},
+                 {{{50, 80, 0}, {50, 40, 0}, {70, 40, 0}, {70, 60, 0}, {60, 60, 0}, {60, 50, 0}},
+                  6,
+                  STATUS_OK,
+                  {0, 0, 0}},
+                 {{{50, 80, 0}, {50, 40, 0}, {53, 57, 0}}, 3, STATUS_OK, {0, 0, 0}}};
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        struct arena *arena = arena_new((size_t)1 << 30);
+        struct drape_result result = {0};
+        const struct drape_cut_line line = {cases[k].path, cases[k].count};
+        shape_plane(&shape, x, y);
+        struct drape_settings settings = {.spacing = {4, 4},
+                                          .start_kind = DRAPE_START_POINT,
+                                          .start_point = {20, 20, 0},
+                                          .cuts = &line,
+                                          .cut_count = 1,
+                                          .max_nodes = 100000};
+        const struct drape_part part = {.surface = surface_of(&shape, arena)};
+        assert_int_equal(drape_check_cuts(&part, &settings, arena, &result), cases[k].status);
+        assert_int_equal(drape_solve(&part, &settings, NULL, arena, &result), cases[k].status);
+        if (cases[k].status == STATUS_CUT) {
+            assert_int_equal(result.faulty_cut.kind, CUT_CROSSES_SELF);
+            check_below(vec3_distance(result.faulty_cut.at, cases[k].at), 2);
+        }
+        arena_free(arena);
+    }
+}
+
 /* The left lip of a cut that is given by its two ends, far from each other, as a line in space. */
 static size_t lay_far_cut(double spacing, struct arena *arena, struct vec3 **lip) {
     static struct shape shape;
@@ -444,6 +491,7 @@ int main(void) {
         cmocka_unit_test(test_slit_in_a_frustum_changes_nothing),
         cmocka_unit_test(test_dart_in_a_dome_moves_as_its_part_does),
         cmocka_unit_test(test_what_is_no_cut_is_told),
+        cmocka_unit_test(test_a_cut_that_crosses_itself_is_told),
         cmocka_unit_test(test_cut_between_far_points_hardly_moves_with_the_spacing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

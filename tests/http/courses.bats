@@ -208,6 +208,9 @@ refused() {
     refused "$c.weave = 1" /plies/0/courses/weave
     refused "$c.width = 0.001 | .plies[0].fabric.spacing = 0.4" /plies/0/courses/width
     refused '.plies[0].start = {uv: [0.5, 0.5]}' /plies/0/start
+    refused '.plies[0].courses.along = {path: [[0, 1, 0], [3, 1, 0], [3, 2, 0], [1, 2, 0], [1, 0, 0]]}' /plies/0/courses/along/path
+    [[ $stderr == *'crosses itself'* ]]
+    refused '.plies[0].courses.along = {path: [[0, 1, 0], [4, 1, 0], [0, 1, 0]]}' /plies/0/courses/along/path
     refused '.plies[0].fabric.pre_shear_deg = 5' /plies/0/fabric/pre_shear_deg
     refused '.plies[0].fabric.spacing = 1e-5' /plies/0/fabric/spacing
     refused '.plies[0].fabric.spacing = 10' /plies/0/fabric/spacing

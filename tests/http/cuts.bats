@@ -79,6 +79,8 @@ PYTHON
     refused '.cuts[0].path = [[90, 50, 0], [40, 80, 0]]' /cuts/0/path/1 'divides the part'
     refused '.cuts[0].path = [[90, 27, 0], [20, 27, 0]]' /cuts/0 'passes the start'
     refused '.cuts = [{path: [[90, 40, 0], [60, 40, 0]]}, {path: [[80, 80, 0], [80, 20, 0]]}]' /cuts/1 'crosses another cut'
+    refused '.cuts[0].path = [[90, 40, 0], [60, 40, 0], [60, 60, 0], [70, 60, 0], [70, 30, 0]]' /cuts/0 'crosses itself'
+    [ "$status" = 422 ] # before anything is draped
     refused '.cuts[0].path = [[90, 40, 0], [89, 40, 0]]' /cuts/0 'shorter than a spacing'
     refused '.generators = {warp: "least_energy"} | .cuts[0].path[0] = [200, 0, 0]' /cuts/0/path/0 'further from the part'
     refused '.cuts[0].path = [[90, 40, 0]]' /cuts/0/path ''

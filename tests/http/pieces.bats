@@ -228,6 +228,9 @@ refused() {
 @test "what is wrong with a split, a seam or a piece says which" {
     refused '.plies[0].splits[0].path = [[2, 0, 0], [2, 2, 0]]' '/plies/0/splits/0'
     refused '.plies[0].splits[1].path = [[1, 1, 0], [1.5, 2, 0]]' '/plies/0/splits/1'
+    refused '.plies[0].splits[1] = .plies[0].splits[0]' '/plies/0/splits/1: lies on splits before it'
+    refused '.plies[0].splits[1].path = [[2, 3, 0], [2, 1, 0]]' '/plies/0/splits/1: lies on splits before it'
+    refused '.plies[0].splits[1].path = [[2.02, 0, 0], [2.02, 3, 0]]' '/plies/0/splits/1: lies on splits before it'
     refused '.plies[0].splits[0].path[1][2] = 1' '/plies/0/splits/0'
     refused '.plies[0].splits[0].path = [[2, 0, 0]]' '/plies/0/splits/0/path'
     refused '.plies[0].splits = []' '/plies/0/splits'
@@ -241,6 +244,9 @@ refused() {
     refused '.plies[0].pieces[0].at = [9, 9, 9]' '/plies/0/pieces/0/at: is further from the part than the spacing, 0.1'
     refused '.plies[0].pieces[0].at = "here"' '/plies/0/pieces/0/at'
     refused '.plies[0].pieces[0].start = {uv: [0.1, 0.5]}' '/plies/0/pieces/0/start'
+    refused '.plies[0].pieces[0].cuts = [{path: [[4, 1.5, 0], [2.5, 1.5, 0]]}]' '/plies/0/pieces/0/cuts/0: ply 1 ("skin, right")'
+    post /v1/laminates "$BATS_TEST_TMPDIR/laminate.json" && expect 422
+    [ "$(field '.errors[0].pointer')" = /plies/0/pieces/0/cuts/0 ]
     refused '.plies[0].pieces[0].fabric = {spacing: -1}' '/plies/0/pieces/0/fabric/spacing'
     refused '.plies[0].start = {uv: [0.1, 0.5]}' '/plies/0/start'
     refused 'del(.plies[0].splits)' '/plies/0/pieces'
