@@ -279,7 +279,8 @@ static struct vec3 yarn_end(struct march *march, const struct free_end *e,
 }
 
 /* The direction of a yarn that begins at `from`: weft is as much to the left of warp as it is at
- * the start. The yarn that it crosses is known by both chords where there are two. */
+ * the start. The yarn that it crosses is known by both directions in which that leaves where there
+ * are two, and on a mesh by both chords: over a fold they would cut the corner. */
 static struct vec3 direction_across(struct march *march, const struct free_end *e,
                                     const struct surface_point *from) {
     int8_t di = e->dj != 0, dj = e->di != 0;
@@ -287,9 +288,12 @@ static struct vec3 direction_across(struct march *march, const struct free_end *
     const struct net_node *behind = yarn_from(march->net, e->i, e->j, -di, -dj);
     struct free_end forward = {e->i, e->j, (int8_t)-di, (int8_t)-dj, false, 0};
     struct free_end backward = {e->i, e->j, di, dj, false, 0};
-    struct vec3 along = {0, 0, 0}, normal = from->normal;
+    struct vec3 along = {0, 0, 0}, normal = from->normal, to[2];
     double sine, cosine, sign = e->di + e->dj;
-    if (ahead && behind)
+    if (ahead && behind && !march->mesh && march_yarn(march, e->i, e->j, di, dj, from, &to[0]) &&
+        march_yarn(march, e->i, e->j, -di, -dj, from, &to[1]))
+        along = vec3_sub(to[0], to[1]);
+    else if (ahead && behind)
         along = vec3_sub(ahead->r, behind->r);
     else if (ahead)
         along = vec3_scale(-1, yarn_end(march, &forward, from));

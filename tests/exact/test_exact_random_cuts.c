@@ -102,7 +102,17 @@ static void test_exact_random_cuts_unfold(void **state) {
     assert_int_equal(check_rounds(SEED, ROUNDS, 4, wrong_of), 0);
 }
 
+/* A yarn that sets off across one that is folded there: by the chords of that to both sides, which
+ * cut the corner, it left 27 degrees aside and its nodes lay 0.92 spacings off. */
+static void test_exact_random_cuts_yarn_begins_across_a_fold(void **state) {
+    (void)state;
+    assert_int_equal(wrong_of(188), 0);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_exact_random_cuts_unfold)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exact_random_cuts_yarn_begins_across_a_fold),
+        cmocka_unit_test(test_exact_random_cuts_unfold),
+    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
