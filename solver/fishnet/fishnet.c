@@ -310,8 +310,19 @@ bool fishnet_has_collapsed(const struct fishnet_cell *cell) {
     return sine < collapsed_sine || apart > (1 - collapsed_sine / 10) * (cell->bd + cell->cd);
 }
 
+/* Whether D lies beyond the boundary where the continuation has turned over, seen from B and C:
+ * there it has roots that are not the cloth's. */
+static bool is_turned_over(const struct fishnet_cell *cell, const struct surface_point *d) {
+    return vec3_dot(cell->b->normal, d->normal) < folded &&
+           vec3_dot(cell->c->normal, d->normal) < folded &&
+           surface_point_is_beyond(d, SURFACE_POINT_BOUNDARY_WIDTH);
+}
+
+/* Of several roots the first that is not turned over; if all are, the first. */
 enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cursor *cursor,
                                const struct fishnet_cell *cell, struct fishnet_node *node) {
+    struct fishnet_node turned;
+    bool has_turned = false;
     node->iterations = 0;
     node->looked = false;
     if (!(cell->bd > 0) || !(cell->cd > 0) || !(vec3_norm2(turning_normal(cell)) > 0))
@@ -322,8 +333,17 @@ enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cur
         bool found = shell ? solve_on_shell(cursor, cell, k, node)
                            : predict(cursor, cell, k, &begin) &&
                                  find_root(surface, cursor, cell, begin.uv, node);
-        if (found && fishnet_right_root(cell, &node->point))
+        if (!found || !fishnet_right_root(cell, &node->point))
+            continue;
+        if (!is_turned_over(cell, &node->point))
             return FISHNET_FOUND;
+        if (!has_turned)
+            turned = *node;
+        has_turned = true;
+    }
+    if (has_turned) {
+        *node = turned;
+        return FISHNET_FOUND;
     }
     return fishnet_has_collapsed(cell) ? FISHNET_COLLAPSED : FISHNET_NO_CONVERGENCE;
 }

@@ -340,15 +340,14 @@ static bool continue_joint(const struct surface *surface, double t, struct cross
     if (!isfinite(there))
         return false;
     edge_continued_at(shell, mate, there, &beyond);
-    if (!edge_frame(shell, mate, &beyond, on.from.along, false, &on.to) ||
-        !(vec3_dot(on.from.normal, crossing->from.normal) > turned) ||
-        !(vec3_dot(on.to.normal, crossing->to.normal) > turned) ||
-        !(vec3_distance(on.from.at, on.to.at) <= alike * far + 2 * shell->found.largest_gap))
-        return false;
     memcpy(on.edge, here.uv, sizeof on.edge);
     memcpy(on.rate, here.rate, sizeof on.rate);
     memcpy(on.entry, beyond.uv, sizeof on.entry);
-    if (edge->straight[t > edge->t[1]] && !enter_nearest(crossing->beyond, &on))
+    if (!edge_frame(shell, mate, &beyond, on.from.along, false, &on.to) ||
+        (edge->straight[t > edge->t[1]] && !enter_nearest(crossing->beyond, &on)) ||
+        !(vec3_dot(on.from.normal, crossing->from.normal) > turned) ||
+        !(vec3_dot(on.to.normal, crossing->to.normal) > turned) ||
+        !(vec3_distance(on.from.at, on.to.at) <= alike * far + 2 * shell->found.largest_gap))
         return false;
     on.continued = true;
     *crossing = on;
