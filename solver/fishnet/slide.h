@@ -19,13 +19,14 @@
 #ifndef SOLVER_FISHNET_SLIDE_H
 #define SOLVER_FISHNET_SLIDE_H
 
-/* Cloth with more than this sine of the shear (85 degrees) has collapsed. */
-#define SLIDE_STEEPEST 0.9962
+/* Cloth that is sheared by more than 85 degrees has collapsed: its sine and tangent. */
+#define SLIDE_STEEPEST 0.99619
+#define SLIDE_STEEPEST_TANGENT 11.43
 
 /* The law is kept to this share of the edge. */
 #define SLIDE_KEPT 2e-13
 
-/* Of Newton's method for the shear: no more rounds, which end when it changes by no
+/* Of Newton's method for the tangent of the shear: no more rounds, which end when it changes by no
  * more: the next change would be by the square of that. */
 #define SLIDE_ROUNDS 12
 #define SLIDE_SETTLED 1e-8

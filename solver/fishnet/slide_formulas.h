@@ -3,22 +3,28 @@
  * The edge CD of a cell whose weft slides, for numbers and for lanes (`solver/numbers.h`): how long
  * it is, w being D - C, and how that changes with D. `slide.h` has the law.
  *
- * With (x, y) the components of the weft along the fibre at C and to the left of it, and t the
- * slope of the straight line from C to the foot of D's characteristic, the sine s of the shear has
+ * With (x, y) the components of w along the fibre at C and across it, to the side that the weft is
+ * on, and t the slope of the straight line from C to the foot of D's characteristic, the tangent q
+ * of the shear has
  *
- *     g(s) = s sqrt(1 + t^2) - x - t y = 0,     t = t0 + t1 (l(s) b / a - f0).
+ *     g(q) = q (y - t x) - (x + t y) = 0,     t = t0 + t1 (f(q) - f0),
  *
- * Newton's method for g takes a step whenever D does. `arc.h` comes before it.
+ * f = l b / a being where the foot is. Newton's method for g takes a step whenever D does. `arc.h`
+ * comes before it.
  */
 #include "slide.h"
 #include "solver/numbers.h"
 #include "solver/power_formulas.h"
 
-/* p = (cos g)^-c by the sine of g. */
+/* p = (cos g)^-c by 1 + tan^2 g. */
+INLINE NUMBER NAME(slide_stretch_by_secant)(double c, NUMBER secant2) {
+    return c == 1 ? N(sqrt)(secant2)
+                  : NAME(power_exp_normal)(c / 2 * NAME(power_log_normal)(secant2));
+}
+
+/* The same by the sine of g. */
 INLINE NUMBER NAME(slide_stretch)(double c, NUMBER sine) {
-    NUMBER cosine2 = 1 - sine * sine;
-    return c == 1 ? 1 / N(sqrt)(cosine2)
-                  : NAME(power_exp_normal)(-c / 2 * NAME(power_log_normal)(cosine2));
+    return NAME(slide_stretch_by_secant)(c, 1 / (1 - sine * sine));
 }
 
 /* CD of a cell. */
@@ -27,74 +33,76 @@ struct NAME(slide) {
     VECTOR along, across;     /* by which chords have the components that the yarn has at C */
     NUMBER mean, rate, foot;  /* t0, t1 and f0, in spacings of warp */
     NUMBER curvature, excess; /* of CD; by which its chord is longer than the law has it */
-    NUMBER sine, stretch, length, chord; /* as they are for the last D */
+    NUMBER tangent, stretch, length, chord; /* as they are for the last D */
 };
 
-/* Takes in another sine. */
-INLINE void NAME(slide_set)(struct NAME(slide) * s, NUMBER sine) {
-    s->sine = sine;
-    s->stretch = NAME(slide_stretch)(s->c, sine);
+/* Takes in another q. */
+INLINE void NAME(slide_set)(struct NAME(slide) * s, NUMBER tangent) {
+    s->tangent = tangent;
+    s->stretch = NAME(slide_stretch_by_secant)(s->c, 1 + tangent * tangent);
     s->length = s->spacing[1] * s->stretch;
 }
 
-/* s by a step of Newton's from the sine at hand, in those `wanted`; t there, and g'. */
-INLINE void NAME(slide_step)(struct NAME(slide) * s, NUMBER x, NUMBER y, MASK wanted, NUMBER *t,
-                             NUMBER *rate) {
-    NUMBER sine = s->sine, sine2 = sine * sine, cosine2 = 1 - sine2;
-    NUMBER all = cosine2 + s->c * sine2, inverse = 1 / (all * cosine2);
-    NUMBER each = s->spacing[1] / s->spacing[0] * s->c * s->stretch * cosine2 * inverse;
-    *t = s->mean + s->rate * (each * sine - s->foot); /* each: l b / a by the sine */
-    NUMBER root = N(sqrt)(1 + *t * *t);
-    NUMBER foot_rate = each * (1 + sine2 * inverse * (s->c * all + 2 * (1 - s->c) * cosine2));
-    *rate = root + s->rate * foot_rate * (sine * *t / root - y);
-    NUMBER next = sine - (sine * root - x - *t * y) / *rate;
-    next = N(select)(next > SLIDE_STEEPEST, N(of)(SLIDE_STEEPEST), next);
-    next = N(select)(next < -SLIDE_STEEPEST, N(of)(-SLIDE_STEEPEST), next);
-    NAME(slide_set)(s, N(select)(wanted, next, sine));
+/* f by q, and its derivative: b / a times q for parallel fibres. */
+INLINE NUMBER NAME(slide_foot)(const struct NAME(slide) * s, NUMBER *rate) {
+    double by = s->spacing[1] / s->spacing[0] * s->c;
+    *rate = N(of)(by);
+    if (s->c == 1)
+        return by * s->tangent;
+    NUMBER square = s->tangent * s->tangent, secant2 = 1 + square, all = 1 + s->c * square;
+    NUMBER inverse = 1 / (secant2 * all);
+    NUMBER each = by * s->stretch * N(sqrt)(secant2) * secant2 * inverse;
+    *rate = each * (1 + (1 - s->c) * square * (1 - s->c * square) * inverse);
+    return each * s->tangent;
 }
 
-/* How much of w goes along the fibre at C, and to the left of it; and one by its size. */
-INLINE NUMBER NAME(slide_parts)(const struct NAME(slide) * s, VECTOR w, NUMBER *x, NUMBER *y) {
-    *x = V(dot)(w, s->along);
-    *y = V(dot)(w, s->across);
-    NUMBER inverse = 1 / N(sqrt)(*x * *x + *y * *y);
-    *x *= inverse;
-    *y *= inverse;
-    return inverse;
+/* q by a step of Newton's from that at hand, in those `wanted`; t there, and 1 / g'. */
+INLINE void NAME(slide_step)(struct NAME(slide) * s, NUMBER x, NUMBER y, MASK wanted, NUMBER *t,
+                             NUMBER *inverse) {
+    NUMBER q = s->tangent, rate, foot = NAME(slide_foot)(s, &rate);
+    *t = s->mean + s->rate * (foot - s->foot);
+    rate *= s->rate;
+    NUMBER across = y - *t * x;
+    *inverse = 1 / (across - rate * (q * x + y));
+    NUMBER next = q - (q * across - (x + *t * y)) * *inverse;
+    next = N(select)(next > SLIDE_STEEPEST_TANGENT, N(of)(SLIDE_STEEPEST_TANGENT), next);
+    next = N(select)(next < -SLIDE_STEEPEST_TANGENT, N(of)(-SLIDE_STEEPEST_TANGENT), next);
+    next = N(select)(wanted, next, q);
+    *t += rate * (next - q);
+    NAME(slide_set)(s, next);
 }
 
 /* Takes in w of those `wanted`: the chord that CD is to have, and w less half the gradient of its
  * square. */
 INLINE VECTOR NAME(slide_take)(struct NAME(slide) * s, VECTOR w, MASK wanted) {
-    NUMBER x, y, t, rate, inverse = NAME(slide_parts)(s, w, &x, &y);
-    NAME(slide_step)(s, x, y, wanted, &t, &rate);
-    NUMBER sine = s->sine, mean = x + t * y;
+    NUMBER t, inverse;
+    NAME(slide_step)(s, V(dot)(w, s->along), V(dot)(w, s->across), wanted, &t, &inverse);
+    NUMBER q = s->tangent, secant2 = 1 + q * q;
     s->chord = NAME(fishnet_arc_chord)(s->length, s->curvature) + s->excess;
-    NUMBER turn = s->curvature * s->chord / 2;
-    NUMBER tilt = N(sqrt)(1 - turn * turn); /* the chord by the length */
-    NUMBER by_sine = s->chord * tilt * s->length * s->c * sine / (1 - sine * sine);
-    NUMBER share = by_sine * inverse / rate;
-    return V(axpy)(-share * (1 - mean * x), s->along,
-                   V(axpy)(-share * (t - mean * y), s->across, w));
+    NUMBER turn2 = s->curvature * s->chord / 2;
+    turn2 *= turn2;
+    NUMBER tilt = 1 - turn2 * (0.5 + turn2 * 0.125); /* the chord by the length */
+    NUMBER share = s->chord * tilt * s->length * s->c * q * inverse / secant2;
+    return V(axpy)(-share * (1 + t * q), s->along, V(axpy)(share * (q - t), s->across, w));
 }
 
-/* The sine where the weft goes along w, with the length that follows; from the sine at hand. */
+/* q where the weft goes along w, with the length that follows; from that at hand. */
 INLINE void NAME(slide_settle)(struct NAME(slide) * s, VECTOR w) {
-    NUMBER x, y, t, rate;
-    (void)NAME(slide_parts)(s, w, &x, &y);
-    MASK going = s->sine == s->sine;
+    NUMBER x = V(dot)(w, s->along), y = V(dot)(w, s->across), t, inverse;
+    MASK going = s->tangent == s->tangent;
     for (int round = 0; round < SLIDE_ROUNDS && N(any)(going); round++) {
-        NUMBER before = s->sine;
-        NAME(slide_step)(s, x, y, going, &t, &rate);
-        going &= N(not )(N(abs)(s->sine - before) < SLIDE_SETTLED);
+        NUMBER before = s->tangent;
+        NAME(slide_step)(s, x, y, going, &t, &inverse);
+        going &= N(not )(N(abs)(s->tangent - before) < SLIDE_SETTLED);
     }
 }
 
-/* Where the foot of D's characteristic is about, in spacings of warp ahead of C. */
-INLINE NUMBER NAME(slide_foot)(const struct NAME(slide) * s) {
-    NUMBER sine2 = s->sine * s->sine;
-    return s->c * s->stretch * s->sine / (1 - sine2 + s->c * sine2) *
-           (s->spacing[1] / s->spacing[0]);
+/* About the same, w being where D is expected: a step of Newton's from no shear. */
+INLINE void NAME(slide_expect)(struct NAME(slide) * s, VECTOR w) {
+    NUMBER x = V(dot)(w, s->along), y = V(dot)(w, s->across), t, inverse;
+    s->tangent = N(of)(0);
+    s->stretch = N(of)(1);
+    NAME(slide_step)(s, x, y, x == x, &t, &inverse);
 }
 
 /* By how much a fibre turns to the left where it leaves a node along `back` and along `ahead`, unit

@@ -22,7 +22,7 @@ static const double taken = 1e-9;
 
 /* Where a fibre's radius is less than two spacings of weft, or it is sheared by more than 60
  * degrees, its parallels meet: a cell that cannot be solved there has collapsed. */
-static const double meets_within = 0.5, meets_beyond = 0.866;
+static const double meets_within = 0.5, meets_beyond = 1.732;
 
 /* The fibre below a cell, as a parabola over its tangent at C: it is `aside` (to the left) at the
  * place `step` from C, counted in spacings away from A, where it has the slope and turns so much a
@@ -113,16 +113,18 @@ static struct slide make_slide(const struct march *march, const struct march_cel
     const struct drape_settings *s = march->settings;
     struct vec3 ab = vec3_sub(at->b->jet.r, at->a->jet.r);
     double aside = march->mesh && !march->smooth ? 0 : rough_aside(at->c, ab);
+    double side = at->si * at->sj; /* 1: weft is to the left of the fibre */
     struct slide slide = {.c = s->slide,
                           .spacing = {s->spacing[0], s->spacing[1]},
                           .along = vec3_axpy(-aside, f->left, f->tangent),
-                          .across = vec3_axpy(aside, f->tangent, f->left),
-                          .rate = f->turn / 2,
+                          .across = vec3_scale(side, vec3_axpy(aside, f->tangent, f->left)),
+                          .rate = side * (f->turn / 2),
                           .excess = at->excess};
     if (f->step != 0) {
         double from = foot - f->step;
-        slide.mean = (f->aside + from * (f->slope + from * f->turn / 2)) / foot;
-        slide.rate = (f->slope + from * f->turn - slide.mean) / foot;
+        double mean = (f->aside + from * (f->slope + from * f->turn / 2)) / foot;
+        slide.mean = side * mean;
+        slide.rate = side * (f->slope + from * f->turn - mean) / foot;
         slide.foot = foot;
     }
     return slide;
@@ -139,9 +141,14 @@ static bool lean_slide(struct march *march, const struct march_cell *at, struct 
     if (!lay_fibre(march, at, 0, fibre))
         return false;
     *slide = make_slide(march, at, fibre, 0);
-    slide_set(slide, 0);
-    slide_settle(slide, expected_edge(at));
+    slide_expect(slide, expected_edge(at));
     return true;
+}
+
+/* Where the foot is about, in spacings of warp ahead of C. */
+static double foot_of(const struct slide *slide) {
+    double rate;
+    return slide_foot(slide, &rate);
 }
 
 /* The same, the fibre being followed as far as to the foot. */
@@ -149,12 +156,12 @@ static bool expect_slide(struct march *march, const struct march_cell *at, struc
                          struct fibre *fibre) {
     if (!lean_slide(march, at, slide, fibre))
         return false;
-    double sine = slide->sine, foot = slide_foot(slide);
+    double tangent = slide->tangent, foot = foot_of(slide);
     if (fabs(foot) > 1) {
         if (!lay_fibre(march, at, foot, fibre))
             return false;
         *slide = make_slide(march, at, fibre, foot);
-        slide_set(slide, sine);
+        slide_set(slide, tangent);
         slide_settle(slide, expected_edge(at));
     }
     return true;
@@ -163,7 +170,7 @@ static bool expect_slide(struct march *march, const struct march_cell *at, struc
 bool march_slide_rests_far(struct march *march, const struct march_cell *at) {
     struct slide slide;
     struct fibre fibre;
-    return lean_slide(march, at, &slide, &fibre) && slide_foot(&slide) > 1;
+    return lean_slide(march, at, &slide, &fibre) && foot_of(&slide) > 1;
 }
 
 /* Of CD as it was laid: that of an arc by its chord, another's by how it leaves C. */
@@ -186,6 +193,14 @@ static void measure_slide(struct march *march, const struct march_cell *at,
     slide_settle(slide, vec3_axpy(-aside, vec3_cross(at->c->normal, leave), leave));
 }
 
+/* Whether parallels meet about a cell whose fibre and weft were expected like this. */
+static bool parallels_meet(const struct march *march, const struct march_cell *at,
+                           const struct fibre *fibre, struct slide slide) {
+    const double *d = march->settings->spacing;
+    slide_settle(&slide, expected_edge(at));
+    return fabs(fibre->turn) * d[1] > meets_within * d[0] || fabs(slide.tangent) > meets_beyond;
+}
+
 bool march_slide_corner(struct march *march, const struct march_cell *from,
                         struct fishnet_node *node, enum drape_reason *reason) {
     const double *d = march->settings->spacing;
@@ -201,26 +216,26 @@ bool march_slide_corner(struct march *march, const struct march_cell *from,
     /* Newton's method finds the length of arcs with D; secants that of other edges. */
     at.slide = march->mesh ? NULL : &slide;
     double length = slide.length;
-    bool meets = fabs(fibre.turn) * d[1] > meets_within * d[0] || fabs(slide.sine) > meets_beyond;
+    const struct slide expected = slide;
     for (int round = 0; round < ROUNDS && !(fabs(miss) <= SLIDE_KEPT * length); round++) {
         march->length[1] = length;
         bool found = march_solve_lengths(march, &at, node, reason);
         length = march->length[1];
         march->length[1] = d[1];
         if (!found) {
-            *reason =
-                meets && *reason == DRAPE_REASON_NO_CONVERGENCE ? DRAPE_REASON_COLLAPSED : *reason;
+            if (*reason == DRAPE_REASON_NO_CONVERGENCE &&
+                parallels_meet(march, from, &fibre, expected))
+                *reason = DRAPE_REASON_COLLAPSED;
             return false;
         }
         at.slide = NULL;
         iterations += node->iterations;
         measure_slide(march, &at, &node->point, &slide);
         *reason = DRAPE_REASON_COLLAPSED;
-        double sine2 = slide.sine * slide.sine;
-        if (!(fabs(slide.sine) < SLIDE_STEEPEST))
+        if (!(fabs(slide.tangent) < SLIDE_STEEPEST_TANGENT))
             return false;
         miss = slide.length - length;
-        double rate = 1 + slide.c * sine2 / (1 - sine2);
+        double rate = 1 + slide.c * slide.tangent * slide.tangent;
         double secant = (last_miss - miss) / (length - last_length);
         if (round > 0 && secant > rate / 4 && secant < 4 * rate)
             rate = secant;
@@ -236,9 +251,11 @@ bool march_slide_corner(struct march *march, const struct march_cell *from,
         at.guess_uv = !march->mesh && node->point.surface == at.c->surface ? uv : NULL;
     }
     node->iterations = iterations;
-    if (!meets)
+    if (fabs(miss) <= taken * length)
+        return true;
+    if (!parallels_meet(march, from, &fibre, expected))
         *reason = DRAPE_REASON_NO_CONVERGENCE;
-    return fabs(miss) <= taken * length;
+    return false;
 }
 
 double march_slide_length(struct march *march, int32_t i, int32_t j,

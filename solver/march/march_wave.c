@@ -538,19 +538,19 @@ static enum status end_rows(struct quadrant *q, int32_t j, struct front *front) 
         bool ahead = found && last < q->length;
         if (ahead && last > i)
             status = quadrant_reach_below(q, below, last, j + low, &ahead);
+        wave_at(q->wave, 1)->even[low] = 0; /* unless there is a place ahead */
         if (ahead && status == STATUS_OK)
             put_in_slot(q, 1, low, &below->at[last], last, j + low - 1);
         if (found || status != STATUS_OK)
             break;
         leave_rows(q, low, low, low + 1, front->column - 1);
     }
-    int going = front->steady && q->wave->lag == 1 ? front->high : front->low;
+    int going = front->steady && q->wave->lag == 1 ? front->high : front->low + 1;
     while (going < front->high && runs(q, going))
         going++;
-    if (going == front->high)
+    if (going >= front->high)
         return status;
-    int below = going > front->low ? going - 1 : going;
-    leave_rows(q, below, going, front->high, front->column - 1);
+    leave_rows(q, going - 1, going, front->high, front->column - 1);
     front->high = going;
     front->open = false;
     return status;

@@ -78,7 +78,7 @@ struct wave {
      * much its chord is longer than the law has it. */
     _Alignas(64) double side[WAVE_LANES], excess[WAVE_LANES];
     _Alignas(64) double along[3][WAVE_LANES], across[3][WAVE_LANES], rate[WAVE_LANES];
-    _Alignas(64) double sine[WAVE_LANES], stretch[WAVE_LANES], weft[WAVE_LANES];
+    _Alignas(64) double tangent[WAVE_LANES], stretch[WAVE_LANES], weft[WAVE_LANES];
     unsigned plain; /* bits: lanes of which it does, the foot being next to C */
     bool corrected; /* by a net before: */
     struct wave_before before[WAVE_STEPS]; /* as places */

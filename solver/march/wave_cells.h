@@ -209,7 +209,7 @@ INLINE struct slide_lanes slide_of(const struct wave *wave) {
                                 .foot = none,
                                 .curvature = lanes_load(wave->curvature[1]),
                                 .excess = lanes_load(wave->excess),
-                                .sine = lanes_load(wave->sine),
+                                .tangent = lanes_load(wave->tangent),
                                 .stretch = lanes_load(wave->stretch),
                                 .length = lanes_load(wave->weft)};
 }
@@ -220,7 +220,7 @@ static void lean(struct wave *wave) {
     const struct wave_places *a = wave_a(wave), *b = wave_b(wave), *at_c = wave_c(wave);
     const struct wave_places *ahead = wave_at(wave, wave->lag - 1);
     const struct lanes_point c = point_at(at_c, 0);
-    const lanes none = {0}, side = lanes_load(wave->side);
+    const lanes side = lanes_load(wave->side), weft_side = lanes_of(wave->orientation);
     lanes_mask holds = even_place(a) & even_place(at_c) & even_place(ahead);
     struct lanes3 ab = lanes3_sub(vector(b, 1, AT_R), vector(a, 0, AT_R));
     struct lanes3 last = lanes3_sub(vector(wave_at(wave, 2), 1, AT_R),
@@ -232,22 +232,22 @@ static void lean(struct wave *wave) {
     struct departure_lanes weft = depart_lanes(&c, ab, side);
     lanes aside = helix_angle_lanes(&weft);
     store3(lanes3_axpy(-aside, left, tangent), wave->along);
-    store3(lanes3_axpy(aside, tangent, left), wave->across);
-    lanes_store(slide_turn_lanes(back, on, c.normal) / 2, wave->rate);
+    store3(lanes3_scale(weft_side, lanes3_axpy(aside, tangent, left)), wave->across);
+    lanes_store(weft_side * (slide_turn_lanes(back, on, c.normal) / 2), wave->rate);
     struct slide_lanes slide = slide_of(wave);
-    slide_set_lanes(&slide, none);
-    slide_settle_lanes(&slide, lanes3_add(ab, lanes3_sub(ab, last)));
-    lanes_store(slide.sine, wave->sine);
+    slide_expect_lanes(&slide, lanes3_add(ab, lanes3_sub(ab, last)));
+    lanes foot_rate, foot = slide_foot_lanes(&slide, &foot_rate);
+    lanes_store(slide.tangent, wave->tangent);
     lanes_store(slide.stretch, wave->stretch);
     lanes_store(slide.length, wave->weft);
-    wave->plain = lanes_bits(holds & (lanes_abs(slide_foot_lanes(&slide)) <= 1));
+    wave->plain = lanes_bits(holds & (lanes_abs(foot) <= 1));
 }
 
 /* As measure_slide: of D on an arc, whether CD is as long as the law has it. */
 INLINE lanes_mask keeps_law(struct slide_lanes *slide, struct lanes3 chord) {
     const lanes length = slide->length;
     slide_settle_lanes(slide, chord);
-    return (lanes_abs(slide->sine) < SLIDE_STEEPEST) &
+    return (lanes_abs(slide->tangent) < SLIDE_STEEPEST_TANGENT) &
            (lanes_abs(slide->length - length) <= SLIDE_KEPT * length);
 }
 
