@@ -357,7 +357,7 @@ static bool read_ascii(struct xml_file *file, int use, double **values, size_t *
 static bool read_array(struct xml_file *file, int use, struct bytes_view appended, double **values,
                        size_t *count) {
     const struct data_array *array = &file->array[use];
-    struct bytes_view bytes;
+    struct bytes_view bytes = {.length = 0};
     if (array->format == 'a')
         return read_ascii(file, use, values, count);
     if (!find_bytes(file, use, appended, &bytes))

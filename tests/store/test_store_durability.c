@@ -6,6 +6,7 @@
  */
 #include "scratch.h"
 #include <errno.h>
+#include <poll.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdatomic.h>
@@ -347,7 +348,9 @@ static void test_store_loses_nothing_to_kill_9(void **state) {
         pid_t victim = start_victim(scratch, ends[1]);
         assert_true(victim > 0);
         close(ends[1]);
-        scratch_sleep(30 + (int)(scratch_random(&seed) % 100));
+        struct pollfd first = {.fd = ends[0], .events = POLLIN};
+        (void)poll(&first, 1, 20000); /* its first acknowledgement, however busy the machine is */
+        scratch_sleep((int)(scratch_random(&seed) % 100));
         kill(victim, SIGKILL);
         waitpid(victim, NULL, 0);
         scratch_start(scratch);
