@@ -104,12 +104,14 @@ static struct traced *trace_posts(const struct map_net *net, const struct split_
 }
 
 /* Goes on straight from b, to which it came from a: no less than it would to the next post, for
- * which cloth that is much sheared takes many spacings. */
+ * which cloth that is much sheared takes many spacings. Before the first post the way is towards b,
+ * as it is along the split. */
 static bool extend_piece(struct segments *segments, const double a[2], const double b[2],
-                         double length, size_t number) {
+                         double length, size_t number, bool towards) {
     double x = b[0] - a[0], y = b[1] - a[1], share = fmax(length / hypot(x, y), beyond);
     const double end[2] = {b[0] + share * x, b[1] + share * y};
-    return !(hypot(x, y) > 0) || segments_add(segments, b, end, (int32_t)number);
+    return !(hypot(x, y) > 0) ||
+           segments_add(segments, towards ? end : b, towards ? b : end, (int32_t)number);
 }
 
 /* Adds the splits, each from its first place on the cloth to its last, straight where it leaves the
@@ -127,15 +129,15 @@ static bool add_splits(const struct map_net *net, const struct split_posts *post
                 continue;
             if (before < posts->count) {
                 if (!from)
-                    good = good &&
-                           extend_piece(segments, traced[end].at, traced[before].at, far, before);
+                    good = good && extend_piece(segments, traced[end].at, traced[before].at, far,
+                                                before, true);
                 from = traced[before].at;
                 good = good && segments_add(segments, from, traced[end].at, (int32_t)(end - 1));
             }
             before = end;
         }
         if (from)
-            good = good && extend_piece(segments, from, traced[before].at, far, before - 1);
+            good = good && extend_piece(segments, from, traced[before].at, far, before - 1, false);
     }
     return good;
 }
@@ -159,7 +161,7 @@ static double sine_at(const struct map_net *net, const double at[2]) {
 }
 
 /* What the piece is along its splits: the way along one, in cloth that is sheared by s, is
- * (x + s y, c y). */
+ * (x + s y, c y). The longest of the edges behind a post says where the warp is. */
 static void look_at_sides(const struct map_net *net, const struct segment *const *along,
                           struct flat_piece *piece) {
     const struct polygons_point *p = piece->region.points;
@@ -188,11 +190,13 @@ static void look_at_sides(const struct map_net *net, const struct segment *const
         double s = fabs(sines[1] - sines[0]) < jump ? (sines[0] + sines[1]) / 2 : sines[0];
         double c = sqrt(1 - s * s);
         struct split_side *side = &piece->sides[split->number];
-        *side = (struct split_side){.there = true,
-                                    .forward = forward,
-                                    .warp_deg = degrees * atan2(-c * y, x + s * y),
-                                    .length = side->length +
-                                              (isnan(s) ? length : hypot(x + s * y, c * y))};
+        side->length += isnan(s) ? length : hypot(x + s * y, c * y);
+        if (!(length > side->longest))
+            continue;
+        side->there = true;
+        side->forward = forward;
+        side->warp_deg = degrees * atan2(-c * y, x + s * y);
+        side->longest = length;
     }
 }
 

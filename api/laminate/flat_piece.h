@@ -33,6 +33,7 @@ struct split_side {
     bool forward;    /* the piece is to the left, in (p, q), of the way to the next post */
     double warp_deg; /* from the way round the piece, which lies left, to the warp */
     double length;   /* of its boundary up to the next post, on the part */
+    double longest;  /* of the edges of that boundary, flat */
 };
 
 struct flat_piece {
