@@ -25,9 +25,11 @@ enum { STEPS = 12, HOPS = 24, STRICT_HOPS = 6 };
 /* A step this small, in spacings, is the last: the next would be its square. */
 static const double last_step = 1e-6;
 
-/* By how much a place may lie outside its patch: hardly; where no cell follows, by rounding; and
- * where two cells send it to each other, so little that they agree there. */
-static const double strict = 1e-9, at_end = 1e-6, lax = 2e-2;
+/* By how much a place may lie outside its patch: hardly; where no cell follows, by rounding; where
+ * two cells send it to each other, so little that they agree there; and where an extent ends the
+ * cloth, by as much as cubics between nodes are beside the yarn: of an edge along it, and of
+ * others, which end there or leave the cloth. */
+static const double strict = 1e-9, at_end = 1e-6, lax = 2e-2, at_extent = 1e-3, past_extent = 1e-4;
 
 /* How far in spacings a place of the cloth may be from the surface point that it is to be: the
  * height of an arc of a radian over its chord, and a right-angled fold over the middle of a cell.
@@ -568,9 +570,36 @@ static bool find_at_tip(struct rim_cloth *cloth, const struct rim_edge_point *sp
     return true;
 }
 
+/* The cell of a place that is guessed, in direction k: what is hardly beyond the extent may be in
+ * the last one. */
+static int32_t cell_along(const struct drape_settings *settings, int k, double x) {
+    double low = settings->extent[k][0], high = settings->extent[k][1];
+    if (settings->has_extent[k] && low < high && x > low - at_extent && x < high + at_extent)
+        x = fmin(fmax(x, low), high - 0.5);
+    return (int32_t)floor(x);
+}
+
+/* What is hardly beyond the extent is on the yarn that ends it. */
+static void keep_on_last_yarn(const struct drape_settings *settings, struct vec3 edge,
+                              struct rim_cloth_point *place) {
+    static const double across = 0.05; /* of an edge along a yarn, as a slope */
+    double *pq[2] = {&place->p, &place->q}, ab[2];
+    if ((!settings->has_extent[0] && !settings->has_extent[1]) ||
+        !rim_cloth_components(place->along, edge, ab))
+        return;
+    for (int k = 0; k < 2; k++)
+        for (int side = 0; side < 2 && settings->has_extent[k]; side++) {
+            double end = settings->extent[k][side];
+            bool along = fabs(ab[k]) < across * fabs(ab[1 - k]);
+            if ((*pq[k] - end) * (side ? 1 : -1) < (along ? at_extent : past_extent))
+                *pq[k] = side ? fmin(*pq[k], end) : fmax(*pq[k], end);
+        }
+}
+
 bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
                     struct rim_cloth_point *place) {
-    const double *d = cloth->march->settings->spacing;
+    const struct drape_settings *settings = cloth->march->settings;
+    const double *d = settings->spacing;
     struct rim_cloth_point last = *place;
     bool found = false; /* a place a little outside a patch that was */
     for (int hop = 0; hop < HOPS; hop++) {
@@ -578,7 +607,9 @@ bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
             return false;
         if (cloth->at_tip)
             return find_at_tip(cloth, spot, place);
-        (void)rim_cloth_patch(cloth, (int32_t)floor(place->p), (int32_t)floor(place->q));
+        int32_t i = hop ? (int32_t)floor(place->p) : cell_along(settings, 0, place->p);
+        int32_t j = hop ? (int32_t)floor(place->q) : cell_along(settings, 1, place->q);
+        (void)rim_cloth_patch(cloth, i, j);
         /* in the patch, or where it leads out of it: in space where that tells it, else along the
          * surface from corners that the net has */
         struct rim_patch *patch = cloth->patch;
@@ -606,6 +637,7 @@ bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
             break;
         if (!seen)
             *place = own;
+        keep_on_last_yarn(settings, spot->dr, place);
         bool within = is_within(patch, place, hop < STRICT_HOPS ? strict : lax);
         if (within || is_within(patch, place, at_end)) {
             last = *place;

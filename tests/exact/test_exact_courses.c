@@ -245,6 +245,47 @@ static void test_exact_courses_cover_the_part_at_a_slant(void **state) {
         }
 }
 
+/* Cloth that begins on an edge of a random surface covers it along all of that edge: its near edge
+ * is the part's, beside which the cubics between nodes are either way. */
+static void test_exact_courses_reach_the_edge_they_are_laid_along(void **state) {
+    (void)state;
+    enum { SURFACES = 12 };
+    static const double spacing = 0.05;
+    static struct shape shape;
+    uint64_t seed = check_seed(11);
+    double most = 0;
+    for (int k = 0; k < 4 * SURFACES; k++) {
+        double low[2], high[2];
+        struct plan plan;
+        struct laid laid;
+        if (k % 4 == 0)
+            shape_random(&shape, &seed);
+        shape_domain(&shape, low, high);
+        double uv[2] = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2};
+        uv[k % 4 / 2] = k % 2 ? high[k % 4 / 2] : low[k % 4 / 2];
+        plan_make(&plan, 0.4, 0, 0, spacing);
+        plan.settings.along = COURSES_ALONG_EDGE;
+        plan.settings.edge = shape_point(&shape, uv);
+        plan.settings.most = 1;
+        assert_int_equal(lay(&shape, &plan.settings, &laid), STATUS_OK);
+        const struct course *course = &laid.result.courses[0];
+        const struct drape_rim *rim = &course->net.rim;
+        double bare = 0;
+        for (size_t n = 1; n < rim->count; n++) {
+            const double *x = k % 4 < 2 ? rim->u : rim->v;
+            struct vec3 a = {rim->x[n - 1], rim->y[n - 1], rim->z[n - 1]};
+            struct vec3 b = {rim->x[n], rim->y[n], rim->z[n]};
+            if (x[n - 1] == uv[k % 4 / 2] && x[n] == x[n - 1] && !rim->covered[n])
+                bare += vec3_distance(a, b);
+        }
+        most = fmax(most, bare);
+        arena_free(laid.arena);
+    }
+    print_message("# of %d edges %.3f spacings are bare at the most\n", 4 * SURFACES,
+                  most / spacing);
+    check_at_most(most, 0);
+}
+
 /* A gap that varies: of the Bezier polynomial the mean of its values is its mean. */
 static void test_exact_courses_steer_by_their_gaps(void **state) {
     (void)state;
@@ -509,6 +550,7 @@ int main(void) {
         cmocka_unit_test(test_exact_courses_on_a_cone_are_sheared_by_their_method_alone),
         cmocka_unit_test(test_exact_courses_add_up_on_a_plane),
         cmocka_unit_test(test_exact_courses_cover_the_part_at_a_slant),
+        cmocka_unit_test(test_exact_courses_reach_the_edge_they_are_laid_along),
         cmocka_unit_test(test_exact_courses_steer_by_their_gaps),
         cmocka_unit_test(test_exact_courses_of_parallel_fibers_follow_parallels),
         cmocka_unit_test(test_exact_courses_keep_their_gap_on_any_surface),
