@@ -227,15 +227,18 @@ static bool closes_all_round(const struct surface *surface) {
 static const double layers_most = 4;
 static const size_t nodes_least = 1000;
 
-/* One net. One on a shell with one boundary is not expected to meet itself, and on most it does
- * not: one that does, as round a deep cup, is marched again and watched from its first node on.
- * Round its wall a net that is not watched may go on without an end. */
+/* One net. A shell may be a deep cup, whose nets meet themselves: it is watched, but where a team
+ * marches the quadrants at the same time. A net that lies on itself then is marched again and
+ * watched from its first node on. Round the cup's wall one that is not watched may go on without an
+ * end. */
 static enum status march_net(struct march *march) {
     static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+    bool of_shell = !march->mesh && march->surface->shell, folded = false;
     march->size = part_size(march);
     memcpy(march->length, march->settings->spacing, sizeof march->length);
+    march->watched = march->watched || (of_shell && !march->settings->team);
     const struct march begun = *march;
-    bool unexpected = !march->mesh && march->surface->shell && !march->watched, folded = false;
+    bool unexpected = of_shell && !march->watched;
     const double *d = march->settings->spacing;
     march->max_nodes = march->settings->max_nodes;
     if (unexpected) {

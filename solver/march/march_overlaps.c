@@ -86,7 +86,7 @@ enum status march_find_overlap(struct march *march, bool *found) {
     return status;
 }
 
-/* A net lies on itself about cells that are turned over, or where it was not watched and comes
+/* A net lies on itself about cells that are turned over, or where it was not looked over and comes
  * back. Of a node and the corners of the cell on which it lies the one furthest from the start
  * along the yarns goes. */
 enum status march_separate_layers(struct march *march) {
@@ -100,7 +100,7 @@ enum status march_separate_layers(struct march *march) {
     bool over = false;
     for (size_t t = 0; t < net_tile_count(march->net) && !over; t++)
         over = overlap_turns_over(march->net, tiles[t], march->settings->spacing, normals);
-    if (march->watched && !over)
+    if (!over && (march->watched || march->surface->shell))
         return STATUS_OK;
     enum status status = index_net(march, march->counts.inside, true, NULL);
     for (size_t t = 0; t < net_tile_count(march->net) && status == STATUS_OK; t++) {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Folds and fillets as joints of faces: on a developable part of many faces the net is the flat
  * square grid, and has no shear. */
+#include "api/threads.h"
 #include "disguise.h"
 #include "profile.h"
 #include "solver/path/path.h"
@@ -266,13 +267,16 @@ static struct shell *make_cup(struct arena *arena) {
     return join(shape, FACES, NULL, 0, arena);
 }
 
-/* From the wall, round which a net goes on without an end unless it is watched. */
+/* From the wall, round which a net goes on without an end unless it is watched; with a team it is
+ * not at first, and the same in the end. */
 static void test_exact_shell_folds_cup_from_its_wall(void **state) {
     const enum drape_method methods[] = {DRAPE_GIB, DRAPE_GEODESIC};
     (void)state;
     for (int m = 0; m < 2; m++) {
         struct arena *arena = arena_new((size_t)1 << 30);
-        struct drape_result result;
+        struct drape_result one, two;
+        struct api_threads team;
+        const struct drape_part cup = {.shell = make_cup(arena)};
         struct drape_settings settings = {.method = methods[m],
                                           .spacing = {0.1, 0.1},
                                           .start_kind = DRAPE_START_POINT,
@@ -280,11 +284,15 @@ static void test_exact_shell_folds_cup_from_its_wall(void **state) {
                                           .direction_kind = DRAPE_DIRECTION_VECTOR,
                                           .direction_vector = {1, 0.1, 0},
                                           .max_nodes = 4000000};
-        assert_int_equal(drape_solve(&(struct drape_part){.shell = make_cup(arena)}, &settings,
-                                     NULL, arena, &result),
-                         STATUS_OK);
-        printf("    covered %.4f\n", result.summary.cloth_coverage);
-        check_above(result.summary.cloth_coverage, 0.9);
+        assert_int_equal(drape_solve(&cup, &settings, NULL, arena, &one), STATUS_OK);
+        printf("    covered %.4f\n", one.summary.cloth_coverage);
+        check_above(one.summary.cloth_coverage, 0.9);
+        settings.team = api_threads_make(&team, 2);
+        assert_int_equal(drape_solve(&cup, &settings, NULL, arena, &two), STATUS_OK);
+        assert_int_equal(one.nodes.count, two.nodes.count);
+        assert_memory_equal(one.nodes.x, two.nodes.x, one.nodes.count * sizeof *one.nodes.x);
+        assert_memory_equal(one.nodes.shear_deg, two.nodes.shear_deg,
+                            one.nodes.count * sizeof *one.nodes.shear_deg);
         arena_free(arena);
     }
 }
