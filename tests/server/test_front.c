@@ -601,11 +601,87 @@ static void test_front_bounds_the_streams_of_an_owner(void **state) {
     assert_int_equal(ask_from("127.0.0.5", text), 200); /* both were given back */
 }
 
+/* Others have all but a few of what there is for all: an owner gets as much as is left, then is
+ * told to come again. */
+static void test_front_keeps_places_for_others(void **state) {
+    static const char text[] = "GET /stream HTTP/1.1\r\nHost: a\r\n\r\n";
+    int file = dial("127.0.0.7");
+    (void)state;
+    atomic_store(&released, 0);
+    config.owner_streams = 10;
+    int64_t others = quotas_left(front->quotas, QUOTAS_STREAMS) - 2;
+    assert_true(quotas_add(front->quotas, "others", QUOTAS_STREAMS, others));
+    assert_true(say(file, text, sizeof text - 1));
+    hold(1);
+    assert_int_equal(ask_from("127.0.0.7", text), 429);
+    assert_non_null(strstr(answer, "(--max-connections): try again later"));
+    assert_non_null(strstr(answer, "Retry-After: 1\r\n"));
+    quotas_give(front->quotas, "others", QUOTAS_STREAMS, others);
+    atomic_store(&released, 1);
+    job_events_notify(events, "a job", JOB_CHANGED);
+    assert_int_equal(hear(file), 200);
+    close(file);
+}
+
+/* The peer is kept whole, whichever family it has. */
+static void test_front_knows_its_peers(void **state) {
+    static const struct {
+        int family;
+        const char *address, *owner;
+    } rows[] = {{AF_INET, "192.0.2.7", "@192.0.2.7"},
+                {AF_INET6, "::ffff:192.0.2.7", "@192.0.2.7"},
+                {AF_INET6, "2001:db8::7", "@2001:db8::/64"},
+                {AF_UNIX, "", "@"}};
+    (void)state;
+    for (size_t k = 0; k < COUNT(rows); k++) {
+        union {
+            struct sockaddr any;
+            struct sockaddr_in v4;
+            struct sockaddr_in6 v6;
+        } peer;
+        int ends[2];
+        memset(&peer, 0, sizeof peer);
+        peer.any.sa_family = (sa_family_t)rows[k].family;
+        if (rows[k].family != AF_UNIX)
+            assert_int_equal(inet_pton(rows[k].family, rows[k].address,
+                                       rows[k].family == AF_INET ? (void *)&peer.v4.sin_addr
+                                                                 : (void *)&peer.v6.sin6_addr),
+                             1);
+        assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
+        struct client *client = client_open(front, ends[0], &peer.any);
+        assert_non_null(client);
+        assert_string_equal(client->admission.owner, rows[k].owner);
+        if (rows[k].family != AF_UNIX)
+            assert_memory_equal(&client->peer, &peer,
+                                rows[k].family == AF_INET ? sizeof peer.v4 : sizeof peer.v6);
+        client_close(client);
+        close(ends[0]);
+        close(ends[1]);
+    }
+}
+
 /* ------------------------------------------------------------------ the end */
 
-/* Those that wait are answered, new ones are refused, and connections end with their answer. */
+static void *ask_for_letters(void *length) {
+    static const char text[] =
+        "GET /letters?length=400000&slow=1 HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n";
+    int file = dial("127.0.0.8");
+    static char said[1 << 19];
+    size_t had = 0;
+    (void)!say(file, text, sizeof text - 1);
+    for (ssize_t got = 1; got > 0; had += got > 0 ? (size_t)got : 0)
+        got = read(file, said + had, sizeof said - 1 - had);
+    char *body = strstr(said, "\r\n\r\n");
+    *(size_t *)length = body ? join_chunks(body + 4) : 0;
+    close(file);
+    return NULL;
+}
+
+/* Those that wait are answered, what is being sent comes to its end, new ones are refused, and
+ * connections end with their answer. */
 static void test_front_ends(void **state) {
-    pthread_t asking;
+    pthread_t asking, fetching;
+    size_t length = 0;
     int status = 0, kept = dial("127.0.0.1");
     (void)state;
     assert_true(say(kept, echo, sizeof echo - 1));
@@ -613,6 +689,9 @@ static void test_front_ends(void **state) {
     atomic_store(&released, 0);
     assert_int_equal(pthread_create(&asking, NULL, ask_for_watch, &status), 0);
     hold(1);
+    assert_int_equal(pthread_create(&fetching, NULL, ask_for_letters, &length), 0);
+    for (int k = 0; k < PATIENCE_MS && atomic_load(&front->exchanges) < 2; k++)
+        usleep(1000);
     http_drain(front);
     http_drain(front);
     assert_true(say(kept, echo, sizeof echo - 1));
@@ -625,6 +704,8 @@ static void test_front_ends(void **state) {
     http_stop(front);
     front = NULL;
     pthread_join(asking, NULL);
+    pthread_join(fetching, NULL);
+    assert_int_equal(length, 400000);
     assert_int_equal(status, 3200);
 }
 
@@ -640,6 +721,8 @@ int main(void) {
         cmocka_unit_test(test_front_hands_slow_calls_over),
         cmocka_unit_test(test_front_bounds_the_connections_of_an_owner),
         cmocka_unit_test(test_front_bounds_the_streams_of_an_owner),
+        cmocka_unit_test(test_front_keeps_places_for_others),
+        cmocka_unit_test(test_front_knows_its_peers),
         cmocka_unit_test(test_front_ends),
     };
     return cmocka_run_group_tests_name("front", tests, start_front, stop_front);
