@@ -5,8 +5,8 @@ out: an operator with two operands stands between blanks, one with a single oper
 A comparison is made stricter, laxer or turned; a whole number becomes its neighbour, another one
 twice itself or, when it is written with an exponent, as tolerances are, a thousand times; a sum
 becomes a difference, a product a quotient; `and` becomes `or`; a sign or a negation goes; a
-condition is turned, which swaps the branches; a statement goes. What only frees memory or takes a lock
-stays: that it is missing is what the sanitizers say."""
+condition is turned, which swaps the branches; a statement goes. What only frees memory, makes or takes
+a lock stays, and how many calloc makes: that it is missing is what the sanitizers say."""
 import bisect
 import dataclasses
 import re
@@ -28,7 +28,7 @@ STEPS = {"++": "--", "--": "++"}
 WORDS = {"true": "false", "false": "true"}
 CONTROL = {"if", "else", "for", "while", "do", "switch", "case", "default", "return", "goto"}
 DECLARES = {"struct", "enum", "union", "const", "static", "extern", "typedef", "_Static_assert", "sizeof"}
-FREES = re.compile(r"\w*(free|decref|destroy|clear|mutex_lock)\w*\s*\(")
+FREES = re.compile(r"\w*(free|decref|destroy|clear|mutex_lock|mutex_init)\w*\s*\(")
 TYPES = re.compile(r"enum|_Static_assert|typedef|struct|extern")
 
 
@@ -180,7 +180,8 @@ def points_of(source):
             end = statement_end(tokens, k) if is_statement(tokens, k) else None
             if end and not FREES.match(source[token.at:tokens[end].at].removeprefix("(void)")):
                 add("statement", token.at, tokens[end].at, ("",))
-        if token.kind == "number" and not sizes:
+        made = k > 1 and tokens[k - 2].text == "calloc"
+        if token.kind == "number" and not sizes and not made:
             add("constant", token.at, token.end, number_points(token))
         elif token.text in WORDS:
             add("constant", token.at, token.end, (WORDS[token.text],))
