@@ -1,0 +1,171 @@
+/* SPDX-License-Identifier: MIT */
+/* What of the store needs no database: cursors, the cache of chunks, the comparison of clocks. */
+#include "server/store/cache.h"
+#include "server/store/clock_check.h"
+#include "server/store/cursor.h"
+#include "tests/check.h"
+#include <stdbool.h>
+#include <string.h>
+
+#define COUNT(table) (sizeof(table) / sizeof *(table))
+
+/* ------------------------------------------------------------------ cursors */
+
+static void make_secret(unsigned char secret[CURSOR_SECRET_BYTES]) {
+    for (int k = 0; k < CURSOR_SECRET_BYTES; k++)
+        secret[k] = (unsigned char)k;
+}
+
+/* A Feistel network over SipHash-2-4 and BLAKE2b that was written for this table alone, in Python.
+ */
+static void test_cursor_is_the_network_that_it_says(void **state) {
+    static const struct {
+        const char *owner;
+        int64_t position, cursor;
+    } rows[] = {
+        {NULL, 1, 620189898130933815},
+        {NULL, 2, 718416242101918621},
+        {NULL, 1000, 4052496789145405697},
+        {NULL, (INT64_C(1) << 62) - 1, 2998414940318759257},
+        {"", 1, 3556515334057039357},
+        {"", (INT64_C(1) << 62) - 1, 2918115231740385944},
+        {"anna", 1, 1482747412306364263},
+        {"anna", 2, 3867868975936125960},
+        {"anna", (INT64_C(1) << 62) - 1, 705789912586027830},
+    };
+    unsigned char secret[CURSOR_SECRET_BYTES];
+    (void)state;
+    make_secret(secret);
+    for (size_t k = 0; k < COUNT(rows); k++) {
+        assert_true(cursor_seal(secret, rows[k].owner, rows[k].position) == rows[k].cursor);
+        assert_true(cursor_open(secret, rows[k].owner, rows[k].cursor) == rows[k].position);
+    }
+}
+
+static void test_cursor_opens_what_it_sealed(void **state) {
+    static const int64_t none[] = {0, -1, INT64_MIN, INT64_C(1) << 62, INT64_MAX};
+    static const int64_t no_cursor[] = {0, -1, INT64_MIN, (INT64_C(1) << 62) + 1, INT64_MAX};
+    unsigned char secret[CURSOR_SECRET_BYTES];
+    (void)state;
+    make_secret(secret);
+    for (int64_t step = 1; step < INT64_C(1) << 62; step += step / 3 + 1) {
+        int64_t cursor = cursor_seal(secret, "bert", step);
+        assert_true(cursor >= 1 && cursor <= INT64_C(1) << 62);
+        assert_true(cursor_open(secret, "bert", cursor) == step);
+        assert_false(cursor_open(secret, "anna", cursor) == step);
+    }
+    for (size_t k = 0; k < COUNT(none); k++) {
+        assert_int_equal(cursor_seal(secret, "bert", none[k]), 0);
+        assert_int_equal(cursor_open(secret, "bert", no_cursor[k]), 0);
+    }
+    assert_true(cursor_open(secret, "bert", INT64_C(1) << 62) >= 0); /* some other position */
+}
+
+/* ------------------------------------------------------------------ the cache */
+
+enum { LENGTH = 10, ALL = 64 };
+
+static void put_chunk(struct store_cache *cache, int64_t number, int64_t index, int letter) {
+    unsigned char *bytes = malloc(LENGTH);
+    assert_non_null(bytes);
+    for (int k = 0; k < LENGTH; k++)
+        bytes[k] = (unsigned char)(letter + k);
+    store_cache_put(cache, number, index, bytes, LENGTH);
+}
+
+/* The first byte of a chunk that is there; -1 without. */
+static int first_of(struct store_cache *cache, int64_t number, int64_t index) {
+    unsigned char bytes[LENGTH];
+    return store_cache_read(cache, number, index, 0, bytes, LENGTH) ? bytes[0] : -1;
+}
+
+static void test_cache_reads_parts_within_a_chunk(void **state) {
+    static const struct {
+        size_t offset, length;
+        bool within;
+    } rows[] = {{0, LENGTH, true},  {0, LENGTH + 1, false}, {LENGTH, 0, true},
+                {LENGTH, 1, false}, {LENGTH + 1, 0, false}, {LENGTH - 1, 1, true},
+                {3, 4, true},       {3, SIZE_MAX, false},   {SIZE_MAX, 1, false}};
+    struct store_cache *cache = store_cache_new();
+    (void)state;
+    put_chunk(cache, 1, 0, 'a');
+    for (size_t k = 0; k < COUNT(rows); k++) {
+        char bytes[LENGTH] = "";
+        assert_int_equal(store_cache_read(cache, 1, 0, rows[k].offset, bytes, rows[k].length),
+                         rows[k].within);
+        if (rows[k].within)
+            assert_memory_equal(bytes, "abcdefghij" + rows[k].offset, rows[k].length);
+    }
+    assert_int_equal(first_of(cache, 1, 1), -1);
+    assert_int_equal(first_of(cache, 2, 0), -1);
+    put_chunk(cache, 1, 0, 'b'); /* in its own place */
+    assert_int_equal(first_of(cache, 1, 0), 'b');
+    store_cache_free(cache);
+    store_cache_free(NULL);
+}
+
+/* As many as it holds, of one result and of results one after the other; then that goes which was
+ * used longest ago. */
+static void test_cache_keeps_what_was_used_last(void **state) {
+    (void)state;
+    for (int of_one = 0; of_one < 2; of_one++) {
+        struct store_cache *cache = store_cache_new();
+        for (int k = 0; k < ALL; k++)
+            put_chunk(cache, of_one ? 1 : 1 + k, of_one ? k : 0, k);
+        for (int k = 0; k < ALL; k++)
+            assert_int_equal(first_of(cache, of_one ? 1 : 1 + k, of_one ? k : 0), k);
+        store_cache_free(cache);
+    }
+    struct store_cache *cache = store_cache_new();
+    for (int k = 0; k < ALL; k++)
+        put_chunk(cache, 1, k, k);
+    assert_int_equal(first_of(cache, 1, 0), 0);
+    assert_int_equal(first_of(cache, 1, 16), 16);
+    static const int gone[] = {8, 24, 32, 40, 48, 56, 0, 16}; /* all of one set, in this order */
+    for (int k = 0; k < 8; k++) {
+        put_chunk(cache, 1, ALL + 8 * k, ALL);
+        assert_int_equal(first_of(cache, 1, gone[k]), -1);
+    }
+    for (int k = 0; k < ALL; k++)
+        assert_int_equal(first_of(cache, 1, k), k % 8 ? k : -1);
+    for (int k = 0; k < 8; k++)
+        assert_int_equal(first_of(cache, 1, ALL + 8 * k), ALL);
+    store_cache_free(cache);
+}
+
+/* ------------------------------------------------------------------ clocks */
+
+static void test_clocks_that_part_have_jumped(void **state) {
+    static const struct {
+        int64_t wall, own, jumps, agreed;
+    } looks[] = {
+        {5000000, 100, 0, 0},               /* the first look */
+        {6000000, 1000100, 0, 1000000},     /* both a second on */
+        {9000000, 2000100, 0, 2000000},     /* two seconds apart: slow to answer */
+        {9000001 + 3000000, 3000100, 1, 0}, /* beyond that: set forward */
+        {13000001, 4000100, 1, 1000000},
+        {12000001, 5000100, 1, 2000000}, /* back by two seconds */
+        {11000000, 6000100, 2, 0},       /* by more */
+        {12000000, 7000100, 2, 1000000},
+    };
+    struct clock_check clocks = {0};
+    (void)state;
+    for (size_t k = 0; k < COUNT(looks); k++) {
+        clock_check_compare(&clocks, looks[k].wall, looks[k].own);
+        if (clocks.jumps != looks[k].jumps || clock_check_agreed_us(&clocks) != looks[k].agreed)
+            fail_msg("look %zu: %d jumps, agreed for %d us", k, (int)clocks.jumps,
+                     (int)clock_check_agreed_us(&clocks));
+        assert_true(clocks.wall_us == looks[k].wall && clocks.own_us == looks[k].own);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_cursor_is_the_network_that_it_says),
+        cmocka_unit_test(test_cursor_opens_what_it_sealed),
+        cmocka_unit_test(test_cache_reads_parts_within_a_chunk),
+        cmocka_unit_test(test_cache_keeps_what_was_used_last),
+        cmocka_unit_test(test_clocks_that_part_have_jumped),
+    };
+    return cmocka_run_group_tests_name("store parts", tests, NULL, NULL);
+}
