@@ -21,7 +21,7 @@ struct fishnet_cell {
     double bd, cd;          /* chord lengths wanted, > 0 */
     double curvature[2];    /* of BD and CD, where the chords come from it; else 0 */
     struct vec3 guess;      /* where D is expected, in space */
-    const double *guess_uv; /* the same in parameters, if known, and then preferred; or NULL */
+    const double *guess_uv; /* in parameters, those of the surface of C; then preferred; or NULL */
     struct slide *slide;    /* of a cell whose weft slides: by it `cd` follows from D; else NULL */
     bool corrects;          /* the net before, as `gib4`: chords are hardly those of curvatures */
     int orientation; /* 1 when A, C, D, B turn counter-clockwise about the normal, -1 when not */

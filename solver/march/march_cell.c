@@ -390,7 +390,8 @@ static enum fishnet_end solve_uneven(struct march *march, const struct march_cel
     if (rough)
         return solve_rough(march, at, cell, end == FISHNET_FOUND, node);
     double uv[2] = {node->point.uv[0], node->point.uv[1]};
-    cell->guess_uv = uv;
+    cell->guess = node->point.jet.r;
+    cell->guess_uv = d->surface == cell->c->surface ? uv : NULL;
     if (bent)
         end = fishnet_solve(march->surface, &march->cursor, cell, node);
     cell->guess_uv = NULL;
