@@ -236,7 +236,8 @@ static enum status march_net(struct march *march) {
     bool of_shell = !march->mesh && march->surface->shell, folded = false;
     march->size = part_size(march);
     memcpy(march->length, march->settings->spacing, sizeof march->length);
-    march->watched = march->watched || (of_shell && !march->settings->team);
+    march->watched = march->watched || march->mesh || (of_shell && !march->settings->team) ||
+                     (!march->cut.slit && closes_all_round(march->surface));
     const struct march begun = *march;
     bool unexpected = of_shell && !march->watched;
     const double *d = march->settings->spacing;
@@ -251,8 +252,6 @@ static enum status march_net(struct march *march) {
         if (!march->net)
             return STATUS_OUT_OF_MEMORY;
         enum status status = net_make(march->net, march->arena, march->settings->team != NULL);
-        march->watched =
-            march->watched || march->mesh || (!march->cut.slit && closes_all_round(march->surface));
         if (status == STATUS_OK && march->watched)
             status = march_watch_overlaps(march);
         if (status == STATUS_OK)
