@@ -317,6 +317,24 @@ static double range_share(const double range[2], double share) {
     return range[0] + share * (range[1] - range[0]);
 }
 
+/* Ends a line about its point `middle` where places no longer follow each other: far beyond the
+ * part the continuation runs away. */
+static void end_where_torn(double spacing, struct course_line *line, size_t *middle) {
+    const struct surface_point *at = line->at;
+    size_t first = *middle, last = *middle;
+    while (first > 0 &&
+           drape_place_follows(vec3_distance(at[first].jet.r, at[first - 1].jet.r) / spacing))
+        first--;
+    while (last + 1 < line->count &&
+           drape_place_follows(vec3_distance(at[last].jet.r, at[last + 1].jet.r) / spacing))
+        last++;
+    for (size_t k = last + 1; k-- > first;)
+        line->s[k] -= line->s[first];
+    *line = (struct course_line){line->at + first, line->tangent + first, line->s + first,
+                                 last - first + 1};
+    *middle -= first;
+}
+
 /* The places of a near edge, and its origin, from the parallel of a line. */
 static enum status set_places(const struct layer *l, const struct course_line *edge, size_t middle,
                               struct course *course) {
@@ -391,6 +409,7 @@ static enum status lay_edge(const struct layer *l, const struct course_line *lin
                                        s->drape.spacing[0], l->arena, edge, &middle);
     if (status != STATUS_OK)
         return status;
+    end_where_torn(s->drape.spacing[0], edge, &middle);
     for (size_t k = 0; k < count; k++)
         values[k] = offset && offset->count ? offset->values[k] : 0;
     measure_gap(l, &distance, line, inside, course, number == 0);

@@ -183,11 +183,9 @@ static enum status begin_on_mesh(struct march *march, int *faulty) {
     return status == STATUS_OK ? start_find_on_mesh(march, faulty) : status;
 }
 
-/* Whether the places of a generator are of the part's faces, and each about a spacing from the one
- * before: a chord is shorter, and the continuation of a part bends, so that they spread there. */
+/* Whether the places of a generator are of the part's faces, and follow each other. */
 static bool are_places(const struct drape_part *part, const struct drape_generator *warp,
                        double spacing) {
-    static const double shortest = 0.3, longest = 1.5;
     struct surface_cursor cursor = {0};
     struct surface_point before, at;
     for (size_t k = 0; k < warp->place_count; k++, before = at) {
@@ -201,8 +199,7 @@ static bool are_places(const struct drape_part *part, const struct drape_generat
         surface_inner(surface, place->uv, inner);
         if (!surface_point_at(surface, &cursor, inner, &at))
             return false;
-        double step = k > 0 ? vec3_distance(at.jet.r, before.jet.r) / spacing : 1;
-        if (!(step >= shortest && step <= longest))
+        if (k > 0 && !drape_place_follows(vec3_distance(at.jet.r, before.jet.r) / spacing))
             return false;
     }
     return true;

@@ -45,6 +45,12 @@ struct drape_place {
     struct vec3 along; /* tangent towards the next place, of any length */
 };
 
+/* Whether two places of a line may be neighbours, by the chord between them in spacings: a chord is
+ * shorter than its arc, and the continuation of a part bends, so that places spread there. */
+static inline bool drape_place_follows(double chord) {
+    return chord >= 0.3 && chord <= 1.5;
+}
+
 /* The positive arm of warp runs with the points of its curve, of a plane to that side to which the
  * direction points; the positive arm of weft to the left of it, seen against r_u x r_v. */
 struct drape_generator {
@@ -54,7 +60,7 @@ struct drape_generator {
     size_t curve_count;       /* at least 2 */
     struct vec3 plane_normal; /* DRAPE_GENERATOR_PLANE: any length but zero */
     const struct drape_place *places; /* DRAPE_GENERATOR_PLACES: owned by the caller, a spacing
-                                         apart along the line */
+                                         apart along the line (`drape_place_follows`) */
     size_t place_count, place_start;  /* at least 1; which of them is the start, whatever
                                          `start_kind` says: it may lie beyond the part */
     struct drape_curvature curvature; /* DRAPE_GENERATOR_STEERED; of _LEAST its points and the

@@ -12,6 +12,24 @@ plane='{"surface": {"degree_u": 1, "degree_v": 1, "size_u": 2, "size_v": 2,
     "plies": [{"name": "skin", "fabric": {"spacing": 0.1, "thickness": 0.001, "locking_angle_deg": 40},
         "areal_weight": 0.5, "courses": {"width": 0.8, "along": {"edge": [2, 0, 0]}}}]}'
 
+# A flat plate whose parameters are so uneven that its continuation runs away 70 mm beyond its end.
+plate='{"surface": {"degree_u": 4, "degree_v": 4, "size_u": 5, "size_v": 5,
+    "knotvector_u": [0, 0, 0, 0, 0, 1, 1, 1, 1, 1], "knotvector_v": [0, 0, 0, 0, 0, 1, 1, 1, 1, 1],
+    "control_points": {"points": [[0, 0, 0], [0, 18, 0], [0, 39, 0], [0, 59, 0], [0, 80, 0],
+        [23, 0, 0], [25, 19, 0], [24, 42, 0], [24, 60, 0], [27, 80, 0],
+        [49, 0, 0], [48, 21, 0], [51, 39, 0], [51, 59, 0], [49, 80, 0],
+        [74, 0, 0], [76, 22, 0], [77, 41, 0], [74, 60, 0], [76, 80, 0],
+        [100, 0, 0], [100, 20, 0], [100, 42, 0], [100, 61, 0], [100, 80, 0]]}},
+    "plies": [{"name": "skin", "fabric": {"spacing": 5, "thickness": 0.3}, "courses": {"width": 19.275,
+        "overlap": 1.772, "along": {"path": [[63.6, 0, 0], [64.6, 10.3, 0], [65.5, 20.5, 0], [66.3, 30.5, 0],
+            [67, 40.5, 0], [67.6, 50.4, 0], [68.1, 60.2, 0], [68.7, 70.1, 0], [69.4, 80, 0]]}}}]}'
+
+@test "courses end where the continuation of the part runs away" {
+    output=$("$BUILD/drape" - <<<"$plate" 2>/dev/null)
+    number .courses.count 7
+    jq -e '.plies[0].cloth_coverage > 0.999' <<<"$output"
+}
+
 @test "courses from an edge cover a plane, and the last one is trimmed" {
     drape_plane .
     [ "$(jq -c '[.plies[0].pieces[].name]' <<<"$output")" = '["course_1","course_2","course_3","course_4"]' ]
