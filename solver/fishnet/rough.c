@@ -9,23 +9,6 @@
 /* At a pole, where there is no curvature, arcs rise alike at both ends, but for this. */
 static const double pole_misfit = 2.5e-2;
 
-/* There is a crease between ends where the surface turns by more than this angle and twice what it
- * bends. */
-static const double least_fold = 1e-3;
-
-/* `helix_angle` over a joint between p and q, both bends constant: where the edge rises by a share
- * of what it does with the far one more than with the near one, sqrt(share) of it lies beyond the
- * joint. */
-static double joint_angle(const struct departure *near, const struct departure *far, double rise) {
-    double c2 = near->c2;
-    double arc = near->curvature * c2 / 2;
-    double share = (rise - arc) / ((far->curvature - near->curvature) * c2 / 2);
-    double beyond = share > 0 ? sqrt(fmin(share, 1)) : 0, s = 1 - beyond;
-    return c2 *
-           (near->curvature * near->torsion * s * s * (0.5 - s / 3) +
-            far->curvature * beyond * beyond * (near->torsion * s / 2 + far->torsion * beyond / 6));
-}
-
 /* The side of a point's surface; 1 on a mesh. */
 static double normal_side(const struct surface_point *p) {
     return p->surface ? p->surface->side : 1;
@@ -33,11 +16,6 @@ static double normal_side(const struct surface_point *p) {
 
 static struct departure depart_for(const struct surface_point *p, struct vec3 to) {
     return depart(p, vec3_sub(to, p->jet.r), normal_side(p));
-}
-
-/* The square of the angle by which the normal turns for each length along a direction. */
-static double normal_turn2(const struct departure *d) {
-    return d->curvature * d->curvature + d->torsion * d->torsion;
 }
 
 const struct surface_point *rough_end_point(struct surface_cursor *cursor,
@@ -83,9 +61,8 @@ struct vec3 rough_leave(struct surface_cursor *cursor, const struct surface_poin
     struct vec3 t = d.along;
     if (q) {
         struct departure far = depart(q, vec3_sub(end->r, p->jet.r), normal_side(q));
-        double turn2 = fmax(normal_turn2(&d), normal_turn2(&far)) * d.c2;
-        angle = joint_angle(&d, &far, d.rise);
-        if (vec3_norm(vec3_sub(q->normal, p->normal)) > 2 * sqrt(turn2) + least_fold) {
+        angle = joint_angle(&d, &far);
+        if (is_creased(&d, &far, vec3_sub(q->normal, p->normal))) {
             t = surface_point_tangent(p, unfolding_turned(far.along, q->normal, p->normal));
             angle = far.curvature * far.torsion * d.c2 / 6;
         }

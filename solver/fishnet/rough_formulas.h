@@ -53,6 +53,30 @@ INLINE MASK NAME(is_over_joint)(const struct NAME(departure) * d) {
            ROUGH_OTHER_SIDE * N(abs)(arc) + ROUGH_LEAST_RISE * N(sqrt)(d->c2);
 }
 
+/* `helix_angle` over a joint between p and q, both bends constant: where the edge rises by a share
+ * of what it does with the far one more than with the near one, sqrt(share) of it lies beyond the
+ * joint. */
+INLINE NUMBER NAME(joint_angle)(const struct NAME(departure) * near,
+                                const struct NAME(departure) * far) {
+    NUMBER c2 = near->c2, arc = near->curvature * c2 / 2;
+    NUMBER share = (near->rise - arc) / ((far->curvature - near->curvature) * c2 / 2);
+    NUMBER beyond = N(sqrt)(N(select)(share < 1, share, N(of)(1)));
+    beyond = N(select)(share > 0, beyond, N(of)(0));
+    NUMBER s = 1 - beyond;
+    return c2 *
+           (near->curvature * near->torsion * s * s * (0.5 - s / 3) +
+            far->curvature * beyond * beyond * (near->torsion * s / 2 + far->torsion * beyond / 6));
+}
+
+/* Whether there is a crease between p and q, whose normals differ by `turned`. */
+INLINE MASK NAME(is_creased)(const struct NAME(departure) * p, const struct NAME(departure) * q,
+                             VECTOR turned) {
+    NUMBER a = p->curvature * p->curvature + p->torsion * p->torsion;
+    NUMBER b = q->curvature * q->curvature + q->torsion * q->torsion;
+    NUMBER bends2 = N(select)(a > b, a, b) * p->c2;
+    return N(sqrt)(V(norm2)(turned)) > 2 * N(sqrt)(bends2) + ROUGH_LEAST_FOLD;
+}
+
 /* The unit vector t in the tangent plane, turned to the left by a small angle. */
 INLINE VECTOR NAME(lead_aside)(VECTOR t, NUMBER angle, VECTOR normal) {
     return V(unit)(V(axpy)(angle, V(cross)(normal, t), t));
@@ -127,7 +151,7 @@ INLINE NUMBER NAME(chord_error)(const struct NAME(turn) * turn) {
 }
 
 /* |K| d^2, the larger of both ends. */
-INLINE NUMBER NAME(turn_of_net)(const POINT *p, const POINT *q, double d) {
+INLINE NUMBER NAME(turn_of_net)(const POINT *p, const POINT *q, NUMBER d) {
     const POINT *end[2] = {p, q};
     NUMBER most = {0};
     for (int k = 0; k < 2; k++) {
@@ -141,7 +165,7 @@ INLINE NUMBER NAME(turn_of_net)(const POINT *p, const POINT *q, double d) {
  * Curvature that changes evenly, by c / d over the edge, has it rise by c d / 6 more than an arc at
  * p and by twice that at q, and its chord is wrong by c (k + c / 4) / 24; what else q rises by is
  * five times the third term of the turn. */
-INLINE MASK NAME(rises_as_arc)(const POINT *p, const POINT *q, NUMBER curvature, double d,
+INLINE MASK NAME(rises_as_arc)(const POINT *p, const POINT *q, NUMBER curvature, NUMBER d,
                                NUMBER net) {
     VECTOR along = V(sub)(q->jet.r, p->jet.r);
     NUMBER rise = curvature * V(norm2)(along) / 2, k = N(abs)(curvature) * d;
@@ -163,7 +187,7 @@ struct NAME(edge_kind) {
 /* Of the edge from p to q, away from poles, with this curvature at p and the chord of an arc;
  * `side` has those of their surfaces. */
 INLINE struct NAME(edge_kind) NAME(find_edge_kind)(const POINT *p, const POINT *q, NUMBER curvature,
-                                                   double d, NUMBER chord, const NUMBER side[2]) {
+                                                   NUMBER d, NUMBER chord, const NUMBER side[2]) {
     NUMBER net = NAME(turn_of_net)(p, q, d), at_p, mean;
     MASK unfolded = N(not )(NAME(rough_is_folded_back)(p, q));
     struct NAME(edge_kind) kind = {.arc = NAME(rises_as_arc)(p, q, curvature, d, net) & unfolded};
@@ -172,9 +196,9 @@ INLINE struct NAME(edge_kind) NAME(find_edge_kind)(const POINT *p, const POINT *
     struct NAME(departure) from_p = NAME(depart)(p, V(sub)(q->jet.r, p->jet.r), side[0]);
     struct NAME(departure) from_q = NAME(depart)(q, V(sub)(p->jet.r, q->jet.r), side[1]);
     NAME(chord_angles)(&from_p, &from_q, &at_p, &mean);
-    struct NAME(turn) turn = NAME(turn_between)(&from_p, &from_q, at_p, mean, N(of)(d));
+    struct NAME(turn) turn = NAME(turn_between)(&from_p, &from_q, at_p, mean, d);
     const NUMBER *c = turn.of;
-    NUMBER misfit = NAME(rough_misfit)(p, q, curvature, N(of)(d)), error = NAME(chord_error)(&turn);
+    NUMBER misfit = NAME(rough_misfit)(p, q, curvature, d), error = NAME(chord_error)(&turn);
     NUMBER own = ROUGH_OWN_SHARE * net, most = ROUGH_ARC_ERROR + own;
     MASK gentle = 2 * N(abs)(c[0]) < ROUGH_ARC_TURN;
     MASK winds = (turn.sideways > ROUGH_WINDING + net) |

@@ -53,4 +53,8 @@
  * the edge. */
 #define ROUGH_FAR_OFF 0.05
 
+/* There is a crease between ends where the surface turns by more than this angle and twice what it
+ * bends. */
+#define ROUGH_LEAST_FOLD 1e-3
+
 #endif

@@ -363,8 +363,22 @@ struct uneven {
     bool laid, edge[2];
 };
 
+/* D by the chords at hand; where weft slides by that which follows from D, and with it its length.
+ */
+static enum fishnet_end solve_chords(struct march *march, const struct march_cell *at,
+                                     struct fishnet_cell *cell, struct fishnet_node *node) {
+    cell->slide = at->slide;
+    enum fishnet_end end = fishnet_solve(march->surface, &march->cursor, cell, node);
+    if (at->slide && end == FISHNET_FOUND) {
+        march->length[1] = at->slide->length;
+        cell->cd = at->slide->chord;
+    }
+    cell->slide = NULL; /* CD then has the length that was found */
+    return end;
+}
+
 /* Lays the edges of a cell that are not smooth, D being where chords of smooth ones meet. Those
- * that are bent get their chords. */
+ * that are bent get their chords, weft that slides what these are longer than arcs'. */
 static enum fishnet_end solve_uneven(struct march *march, const struct march_cell *at,
                                      struct fishnet_cell *cell, const struct march_corrections *c,
                                      enum fishnet_end end, struct fishnet_node *node,
@@ -385,6 +399,8 @@ static enum fishnet_end solve_uneven(struct march *march, const struct march_cel
         rough = kind == ROUGH_EDGE;
         uneven->edge[k] = kind == ROUGH_UNEVEN;
         bent = bent || *chord != before;
+        if (k && at->slide)
+            at->slide->excess += *chord - before;
     }
     uneven->laid = rough;
     if (rough)
@@ -393,7 +409,7 @@ static enum fishnet_end solve_uneven(struct march *march, const struct march_cel
     cell->guess = node->point.jet.r;
     cell->guess_uv = d->surface == cell->c->surface ? uv : NULL;
     if (bent)
-        end = fishnet_solve(march->surface, &march->cursor, cell, node);
+        end = solve_chords(march, at, cell, node);
     cell->guess_uv = NULL;
     return end;
 }
@@ -458,13 +474,7 @@ bool march_solve_lengths(struct march *march, const struct march_cell *from,
         cell.cd = march_corrected_chord(&corrections, 1, cell.c, cell.curvature[1], cell.cd);
         if (at->slide)
             at->slide->curvature = cell.curvature[1];
-        cell.slide = at->slide;
-        end = fishnet_solve(march->surface, &march->cursor, &cell, node);
-        if (at->slide && end == FISHNET_FOUND) {
-            march->length[1] = at->slide->length;
-            cell.cd = at->slide->chord;
-        }
-        cell.slide = NULL; /* CD then has the length that was found */
+        end = solve_chords(march, at, &cell, node);
     }
     if (end == FISHNET_FOUND && node->looked)
         march->look = (struct march_look){

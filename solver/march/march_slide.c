@@ -173,22 +173,15 @@ bool march_slide_rests_far(struct march *march, const struct march_cell *at) {
     return lean_slide(march, at, &slide, &fibre) && foot_of(&slide) > 1;
 }
 
-/* Of CD as it was laid: that of an arc by its chord, another's by how it leaves C. */
+/* Of CD as it was laid: by its chord, a rough or uneven one by how it leaves C. */
 static void measure_slide(struct march *march, const struct march_cell *at,
                           const struct surface_point *d, struct slide *slide) {
-    bool rough = march->edges.rough & NET_EDGE_BIT(1, at->sj < 0);
-    bool arc = march->mesh || march->method->yarn == DRAPE_YARN_CHORD ||
-               rough_is_arc(at->c, d, slide->curvature, slide->length);
-    struct vec3 chord = vec3_sub(d->jet.r, at->c->jet.r);
-    struct rough_end end = {d->surface, d->uv, d->jet.r, d};
     const struct net_edge *edge = &march->edges.yarns.edge[1];
-    if (!rough && arc) {
-        slide_settle(slide, chord);
+    if (!(march->edges.rough & NET_EDGE_BIT(1, at->sj < 0))) {
+        slide_settle(slide, vec3_sub(d->jet.r, at->c->jet.r));
         return;
     }
-    struct vec3 leave = !rough       ? rough_leave(&march->cursor, at->c, &end, NULL)
-                        : at->sj < 0 ? vec3_scale(-1, edge->higher)
-                                     : edge->lower;
+    struct vec3 leave = at->sj < 0 ? vec3_scale(-1, edge->higher) : edge->lower;
     double aside = rough_aside(at->c, vec3_sub(at->b->jet.r, at->a->jet.r));
     slide_settle(slide, vec3_axpy(-aside, vec3_cross(at->c->normal, leave), leave));
 }
@@ -213,7 +206,7 @@ bool march_slide_corner(struct march *march, const struct march_cell *from,
     at.excess = march->before.net ? march_slide_excess(march, &at) : 0;
     if (!expect_slide(march, &at, &slide, &fibre))
         return false;
-    /* Newton's method finds the length of arcs with D; secants that of other edges. */
+    /* Newton's method finds the length of smooth edges with D; secants that of others. */
     at.slide = march->mesh ? NULL : &slide;
     double length = slide.length;
     const struct slide expected = slide;

@@ -561,8 +561,15 @@ static enum status end_rows(struct quadrant *q, int32_t j, struct front *front) 
 static void leave_far(struct quadrant *q, int32_t j, struct front *front) {
     struct wave *wave = q->wave;
     int going = front->low;
-    for (int k = front->low; k < front->high; k++)
-        wave->side[k] = wave_c(wave)->surface[k]->side;
+    const struct wave_places *a = wave_a(wave), *c = wave_c(wave), *ahead = wave_at(wave, 1);
+    for (int k = 0; k < WAVE_LANES; k++) {
+        bool going_on = k >= front->low && k < front->high;
+        wave->side[k] = going_on ? c->surface[k]->side : 1;
+        wave->one[k] = going_on && a->surface[k] == wave->surface &&
+                               c->surface[k] == wave->surface && ahead->surface[k] == wave->surface
+                           ? -1
+                           : 0;
+    }
     q->kernel->lean(wave);
     for (; going < front->high; going++) {
         struct lane_cell at;

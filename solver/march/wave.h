@@ -74,9 +74,11 @@ struct wave {
     _Alignas(64) double chord[2][WAVE_LANES];                         /* BD and CD */
     _Alignas(64) double curvature[2][WAVE_LANES];                     /* of them */
     _Alignas(64) double residual[WAVE_LANES], iterations[WAVE_LANES]; /* as fishnet_node's */
-    /* Where weft slides: the sides of C's surfaces, for `lean`; of CD what that finds, and by how
-     * much its chord is longer than the law has it. */
+    /* Where weft slides: the sides of C's surfaces, for `lean`, and -1 where A, C and the place
+     * beyond C are on `surface`, else 0; of CD what that finds, and by how much its chord is longer
+     * than the law has it. */
     _Alignas(64) double side[WAVE_LANES], excess[WAVE_LANES];
+    _Alignas(64) int64_t one[WAVE_LANES];
     _Alignas(64) double along[3][WAVE_LANES], across[3][WAVE_LANES], rate[WAVE_LANES];
     _Alignas(64) double tangent[WAVE_LANES], stretch[WAVE_LANES], weft[WAVE_LANES];
     unsigned plain; /* bits: lanes of which it does, the foot being next to C */

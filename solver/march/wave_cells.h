@@ -43,6 +43,22 @@ INLINE struct lanes_point point_at(const struct wave_places *at, int slot) {
                    number(at, slot, AT_SECOND + 2)}};
 }
 
+/* D: where it is, and the surface there; its numbers as those of a point of the wave. */
+struct lanes_corner {
+    lanes uv[2];
+    struct lanes_jet jet;
+    struct lanes3 normal;
+    lanes first[3], second[3];
+};
+_Static_assert(sizeof(struct lanes_corner) == WAVE_NUMBERS * sizeof(lanes), "all of its numbers");
+
+INLINE struct lanes_point point_of(const struct lanes_corner *d) {
+    return (struct lanes_point){.jet = {d->jet.r, d->jet.u, d->jet.v},
+                                .normal = d->normal,
+                                .first = {d->first[0], d->first[1], d->first[2]},
+                                .second = {d->second[0], d->second[1], d->second[2]}};
+}
+
 /* ---- what is expected of D ---- */
 
 /* Takes in the edge from the row below at the last place. */
@@ -173,12 +189,41 @@ static void prepare(struct wave *wave) {
 
 /* ---- weft that slides ---- */
 
-/* The unit tangent at C of the yarn with this chord, as rough_leave; of those where it `holds`. */
-INLINE struct lanes3 leave(const struct lanes_point *c, struct lanes3 chord, lanes side,
-                           lanes_mask *holds) {
-    struct departure_lanes d = depart_lanes(c, chord, side);
-    *holds &= ~is_over_joint_lanes(&d) & (d.c2 > 0);
-    return lead_aside_lanes(d.along, helix_angle_lanes(&d), c->normal);
+/* `joint_angle` of the lanes `over`, which leave C over a joint towards `there`, without a crease.
+ */
+static __attribute__((noinline)) lanes angle_over_joint(struct wave *wave,
+                                                        const struct wave_places *there,
+                                                        const struct departure_lanes *near,
+                                                        const struct lanes_point *c,
+                                                        lanes_mask over, lanes_mask *holds) {
+    struct lanes_corner q;
+    int first = __builtin_ctz(lanes_bits(over));
+    for (int k = 0; k < 2; k++) {
+        lanes at = number(there, 0, AT_U + k);
+        q.uv[k] = lanes_select(over, at, lanes_of(at[first])); /* all in one span, if they can be */
+    }
+    lanes_jet_at(wave->surface, wave->cursor, q.uv[0], q.uv[1], &q.jet);
+    lanes_mask regular = surface_point_first_form_lanes(wave->surface, &q.jet, q.first, &q.normal);
+    surface_point_second_form_lanes(&q.jet, q.normal, q.second);
+    const struct lanes_point end = point_of(&q);
+    struct departure_lanes far = depart_lanes(&end, lanes3_sub(vector(there, 0, AT_R), c->jet.r),
+                                              lanes_of(wave->surface->side));
+    *holds &= ~over | (regular & ~is_creased_lanes(near, &far, lanes3_sub(q.normal, c->normal)));
+    return joint_angle_lanes(near, &far);
+}
+
+/* The unit tangent at C of the fibre towards `there`, as rough_leave; of those where it `holds`. */
+INLINE struct lanes3 leave(struct wave *wave, const struct wave_places *there,
+                           const struct lanes_point *c, lanes side, lanes_mask *holds) {
+    struct departure_lanes d = depart_lanes(c, lanes3_sub(vector(there, 0, AT_R), c->jet.r), side);
+    lanes angle = helix_angle_lanes(&d);
+    lanes_mask one, over = *holds & is_over_joint_lanes(&d);
+    memcpy(&one, wave->one, sizeof one);
+    *holds &= (d.c2 > 0) & (~over | one);
+    over &= one;
+    if (lanes_bits(over))
+        angle = lanes_select(over, angle_over_joint(wave, there, &d, c, over, holds), angle);
+    return lead_aside_lanes(d.along, angle, c->normal);
 }
 
 INLINE void store3(struct lanes3 a, double to[3][WAVE_LANES]) {
@@ -225,8 +270,8 @@ static void lean(struct wave *wave) {
     struct lanes3 ab = lanes3_sub(vector(b, 1, AT_R), vector(a, 0, AT_R));
     struct lanes3 last = lanes3_sub(vector(wave_at(wave, 2), 1, AT_R),
                                     vector(wave_at(wave, wave->lag + 2), 0, AT_R));
-    struct lanes3 back = leave(&c, lanes3_sub(vector(a, 0, AT_R), c.jet.r), side, &holds);
-    struct lanes3 on = leave(&c, lanes3_sub(vector(ahead, 0, AT_R), c.jet.r), side, &holds);
+    struct lanes3 back = leave(wave, a, &c, side, &holds);
+    struct lanes3 on = leave(wave, ahead, &c, side, &holds);
     struct lanes3 tangent = lanes3_unit(lanes3_sub(on, back));
     struct lanes3 left = lanes3_cross(c.normal, tangent);
     struct departure_lanes weft = depart_lanes(&c, ab, side);
@@ -258,15 +303,6 @@ static __attribute__((noinline)) lanes_mask
 near_pole(const struct surface *surface, const struct lanes3 *point, const lanes *distance2) {
     return surface_point_near_pole_lanes(surface, *point, *distance2);
 }
-
-/* D: where it is, and the surface there; its numbers as those of a point of the wave. */
-struct lanes_corner {
-    lanes uv[2];
-    struct lanes_jet jet;
-    struct lanes3 normal;
-    lanes first[3], second[3];
-};
-_Static_assert(sizeof(struct lanes_corner) == WAVE_NUMBERS * sizeof(lanes), "all of its numbers");
 
 /* Those of the lanes `going` that settle; D is then where their last evaluation was. */
 INLINE lanes_mask newton(struct wave *wave, lanes_mask going, struct corner_lanes *cell,
@@ -346,13 +382,6 @@ INLINE lanes_mask agrees_at_end(const struct wave *wave, int k, const struct wav
            ~whole;
 }
 
-INLINE struct lanes_point point_of(const struct lanes_corner *d) {
-    return (struct lanes_point){.jet = {d->jet.r, d->jet.u, d->jet.v},
-                                .normal = d->normal,
-                                .first = {d->first[0], d->first[1], d->first[2]},
-                                .second = {d->second[0], d->second[1], d->second[2]}};
-}
-
 /* D of those of the lanes `wanted` that find one from where the cell begins; `slide` as for
  * newton_step. */
 INLINE lanes_mask find_corner(struct wave *wave, lanes_mask wanted, struct lanes3 normal_b,
@@ -383,32 +412,50 @@ INLINE void choose_corner(lanes_mask choose, const struct corner_lanes *from,
         to[n] = lanes_select(choose, chosen[n], to[n]);
 }
 
+INLINE void choose_slide(lanes_mask choose, const struct slide_lanes *from,
+                         struct slide_lanes *to) {
+    to->tangent = lanes_select(choose, from->tangent, to->tangent);
+    to->stretch = lanes_select(choose, from->stretch, to->stretch);
+    to->length = lanes_select(choose, from->length, to->length);
+}
+
 /* As solve_uneven where nothing is rough: looks at the edges to D, of which `ends` are the
- * beginnings, of the lanes `uneven`; where one is bent D moves to the end of its chord. Those whose
- * edges are laid thereby. */
+ * beginnings, of the lanes `uneven`; where one is bent D moves to the end of its chord, weft that
+ * slides by what that is longer than an arc's. Those whose edges are laid thereby. */
 INLINE lanes_mask lay_bent(struct wave *wave, lanes_mask uneven, const struct lanes_point ends[2],
-                           struct corner_lanes *cell, struct lanes_corner *corner) {
+                           struct slide_lanes *slide, struct corner_lanes *cell,
+                           struct lanes_corner *corner) {
     struct corner_lanes again = *cell;
+    struct slide_lanes bent_slide;
     struct lanes_corner new_corner = {.uv = {corner->uv[0], corner->uv[1]}};
     const struct lanes_point d = point_of(corner);
     const lanes side[2] = {lanes_of(wave->surface->side), lanes_of(wave->surface->side)};
     lanes_mask laid = uneven, moved = uneven ^ uneven;
+    if (slide) {
+        bent_slide = *slide;
+        again.cd = slide->chord;
+    }
     for (int k = 0; k < 2; k++) {
         lanes *chord = k ? &again.cd : &again.bd, before = *chord;
-        double length = wave->length[k];
+        lanes length = k && slide ? slide->length : lanes_of(wave->length[k]);
         struct edge_kind_lanes kind = find_edge_kind_lanes(
             &ends[k], &d, lanes_load(wave->curvature[k]), length, before, side);
         lanes_mask bent = kind.known & kind.even & ~kind.arc;
         *chord = lanes_select(bent, kind.chord, before);
         laid &= (kind.arc | bent) & (lanes_abs(*chord - before) <= ROUGH_FAR_OFF * length);
         moved |= *chord != before;
+        if (k && slide)
+            bent_slide.excess += *chord - before;
     }
     moved &= laid;
     if (!lanes_bits(moved))
         return laid;
     square_chords_lanes(&again);
-    lanes_mask found = find_corner(wave, moved, ends[0].normal, &again, NULL, &new_corner);
+    lanes_mask found =
+        find_corner(wave, moved, ends[0].normal, &again, slide ? &bent_slide : NULL, &new_corner);
     choose_corner(found, &again, &new_corner, cell, corner);
+    if (slide)
+        choose_slide(found, &bent_slide, slide);
     return laid & (found | ~moved);
 }
 
@@ -452,17 +499,17 @@ static void solve(struct wave *wave) {
     const struct lanes_point d = point_of(&corner);
     lanes_mask smooth =
         are_smooth(wave, ends, &d, slides ? slide.length : lanes_of(wave->length[1]));
-    if (slides)
-        smooth &= keeps_law(&slide, lanes3_sub(d.jet.r, cell.c));
     lanes_mask uneven = found & ~smooth;
     lanes_mask inside = within(wave, corner.uv[0], corner.uv[1]) &
                         within(wave, lanes_load(wave->expected[0]), lanes_load(wave->expected[1]));
     lanes_store(corner.uv[0], wave->tried[0]);
     lanes_store(corner.uv[1], wave->tried[1]);
-    if (wave->arcs && !wave->corrected && !slides && lanes_bits(uneven)) {
-        smooth |= lay_bent(wave, uneven, ends, &cell, &corner);
+    if (wave->arcs && !wave->corrected && lanes_bits(uneven)) {
+        smooth |= lay_bent(wave, uneven, ends, slides ? &slide : NULL, &cell, &corner);
         inside &= within(wave, corner.uv[0], corner.uv[1]);
     }
+    if (slides)
+        smooth &= keeps_law(&slide, lanes3_sub(corner.jet.r, cell.c));
     lanes_store(cell.iterations, wave->iterations);
     lanes_store(cell.error, wave->residual);
     put_point(wave->into, &corner);
