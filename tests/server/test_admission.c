@@ -454,6 +454,15 @@ static void test_quotas_keep_kinds_apart(void **state) {
             quotas_give(quotas, "a", give ? QUOTAS_CONNECTIONS : QUOTAS_BODIES, give ? 1 : 3);
     }
     quotas_give(quotas, "b", QUOTAS_BODIES, 4);
+    for (int kind = 0; kind < QUOTAS_KINDS; kind++) /* all of them, of which one goes in part */
+        assert_true(quotas_add(quotas, "c", kind, 5));
+    for (int kind = 0; kind < QUOTAS_KINDS; kind++) {
+        quotas_give(quotas, "c", kind, 2);
+        for (int k = 0; k < QUOTAS_KINDS; k++)
+            assert_int_equal(quotas_of(quotas, "c", k), k <= kind ? 3 : 5);
+    }
+    for (int kind = 0; kind < QUOTAS_KINDS; kind++)
+        quotas_give(quotas, "c", kind, 3);
     quotas_free(quotas);
 }
 

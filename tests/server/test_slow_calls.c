@@ -79,16 +79,17 @@ static void test_slow_calls_takes_the_owner_with_the_fewest(void **state) {
         slow_calls_hand_over(slow_calls, SLOW_CALLS_CHANGES, &exchanges[k]);
     }
     wait_for_begun(SLOW_CALLS_THREADS);
-    struct exchange last = {.request = &other};
+    struct exchange last = {.request = &other}, behind = {.request = &one};
     slow_calls_hand_over(slow_calls, SLOW_CALLS_CHANGES, &last);
+    slow_calls_hand_over(slow_calls, SLOW_CALLS_CHANGES, &behind);
     sem_post(&gate);
     wait_for_begun(SLOW_CALLS_THREADS + 1);
     assert_ptr_equal(atomic_load(&begun[SLOW_CALLS_THREADS]), &last);
-    for (int k = 0; k < 3 * SLOW_CALLS_THREADS; k++)
+    for (int k = 0; k <= 3 * SLOW_CALLS_THREADS; k++)
         sem_post(&gate);
     slow_calls_stop(slow_calls);
     slow_calls_free(slow_calls);
-    assert_int_equal(atomic_load(&begun_count), 3 * SLOW_CALLS_THREADS + 1);
+    assert_int_equal(atomic_load(&begun_count), 3 * SLOW_CALLS_THREADS + 2);
     sem_destroy(&gate);
 }
 
