@@ -15,6 +15,7 @@
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/time.h>
+#include <time.h>
 #include <unistd.h>
 
 enum {
@@ -34,7 +35,7 @@ enum {
 static struct config config;
 static struct http *front;
 static struct job_events *events;
-static atomic_int counted, last_status, released, waiting;
+static atomic_int counted, last_status, released, waiting, early;
 
 /* ------------------------------------------------------------------ the handler */
 
@@ -110,6 +111,7 @@ static enum http_next handle(void *context, struct request *request, struct repl
     }
     if (has_path(request, "stream") && !http_take_stream(request, reply))
         return HTTP_DONE;
+    atomic_fetch_add(&early, request->woken_us > clock_us());
     if (has_path(request, "wait") && !request->state) {
         request->state = calloc(1, 1);
         request->wake_at = clock_ms() + 30;
@@ -516,6 +518,7 @@ static void test_front_has_calls_wait(void **state) {
     int64_t begun = clock_ms();
     assert_int_equal(get("/wait"), 200);
     assert_true(clock_ms() - begun >= 30);
+    assert_int_equal(atomic_load(&early), 0); /* what it is to look at has been */
 
     atomic_store(&released, 0);
     assert_int_equal(pthread_create(&asking, NULL, ask_for_watch, &status), 0);
@@ -524,9 +527,35 @@ static void test_front_has_calls_wait(void **state) {
     hold(1);
     assert_int_equal(status, 0);
     atomic_store(&released, 1);
-    job_events_notify(events, "a job", JOB_CHANGED);
+    for (int k = 0; k < 100; k++) /* while it is being resumed, and after it */
+        job_events_notify(events, "a job", JOB_CHANGED);
     pthread_join(asking, NULL);
     assert_int_equal(status, 200);
+}
+
+static int64_t processor_us(void) {
+    struct timespec time;
+    assert_int_equal(clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time), 0);
+    return (int64_t)time.tv_sec * 1000000 + time.tv_nsec / 1000;
+}
+
+/* One that waits is let go within about a second of its client; until then nothing is done. */
+static void test_front_lets_go_of_clients_that_are_gone(void **state) {
+    static const char text[] = "GET /watch HTTP/1.1\r\nHost: a\r\n\r\n";
+    int file = dial("127.0.0.1");
+    (void)state;
+    atomic_store(&released, 0);
+    assert_true(say(file, text, sizeof text - 1));
+    hold(1);
+    int before = atomic_load(&counted);
+    int64_t begun = clock_ms(), spent = processor_us();
+    close(file);
+    for (int k = 0; k < PATIENCE_MS && atomic_load(&counted) == before; k++)
+        usleep(1000);
+    assert_int_equal(atomic_load(&counted), before + 1);
+    assert_int_equal(atomic_load(&last_status), 0);
+    if (clock_ms() - begun > 300)
+        check_below(processor_us() - spent, 500 * (clock_ms() - begun));
 }
 
 /* Once calls are slow other threads attend to them; probes are answered at once. */
@@ -718,6 +747,7 @@ int main(void) {
         cmocka_unit_test(test_front_shares_room_for_bodies),
         cmocka_unit_test(test_front_sends_streams),
         cmocka_unit_test(test_front_has_calls_wait),
+        cmocka_unit_test(test_front_lets_go_of_clients_that_are_gone),
         cmocka_unit_test(test_front_hands_slow_calls_over),
         cmocka_unit_test(test_front_bounds_the_connections_of_an_owner),
         cmocka_unit_test(test_front_bounds_the_streams_of_an_owner),

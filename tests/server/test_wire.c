@@ -187,6 +187,26 @@ static void test_wire_knows_authorities(void **state) {
         assert_false(wire_is_authority(bad[k], strlen(bad[k])));
 }
 
+static void test_wire_knows_targets(void **state) {
+    static const char *const good[] = {"/", "/a/b?c", "*", "http://a/", "HTTPS://a.b:80/c", "//a"};
+    static const char *const bad[] = {"a",       "a/b",      "ab/c",        "http:/a/", "http:///a",
+                                      "http://", "ftp://a/", "http://u@a/", "**",       "*/"};
+    (void)state;
+    for (size_t k = 0; k < sizeof good / sizeof *good + sizeof bad / sizeof *bad; k++) {
+        bool is_good = k < sizeof good / sizeof *good;
+        const char *target = is_good ? good[k] : bad[k - sizeof good / sizeof *good];
+        const char *method = strcmp(target, "*") ? "GET" : "OPTIONS";
+        char head[100];
+        struct wire wire;
+        int length =
+            snprintf(head, sizeof head, "%s %s HTTP/1.1\r\nHost: a\r\n\r\n", method, target);
+        wire_init(&wire);
+        size_t checked = wire_check(&wire, head, (size_t)length, NULL);
+        if ((checked == (size_t)length && wire.problem == API_OK) != is_good)
+            fail_msg("the target '%s': problem %d", target, (int)wire.problem);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_wire_verdict_does_not_depend_on_splits),
@@ -194,6 +214,7 @@ int main(void) {
         cmocka_unit_test(test_wire_says_where_the_last_message_begins),
         cmocka_unit_test(test_wire_knows_the_end_of_a_connection),
         cmocka_unit_test(test_wire_knows_authorities),
+        cmocka_unit_test(test_wire_knows_targets),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
