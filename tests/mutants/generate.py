@@ -73,7 +73,8 @@ class Library:
         own = os.path.join(self.build, file[:-2] + ".o")
         for command in ([word.replace("FOLDER", os.path.dirname(file)) for word in self.compile],
                         [word for word in self.link if word != own]):
-            done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+            done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                                  env={**os.environ, "CCACHE_DISABLE": "1"})  # it has mixed mistakes up
             if done.returncode:
                 return done.stderr
         return None
