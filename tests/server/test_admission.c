@@ -400,6 +400,27 @@ static void test_admission_gives_a_moment_of_grace(void **state) {
     assert_int_equal(house->clients[PLACES].how, ADMISSION_SERVED);
 }
 
+/* Whoever has left is not looked at any more, wherever it stood. */
+static void test_admission_forgets_who_has_left(void **state) {
+    static const char *const owners[PLACES] = {"owner", "owner", "owner"};
+    (void)state;
+    for (int gone = 0; gone < PLACES; gone++) {
+        static struct house house;
+        fill(&house, 100, PLACES, owners);
+        void *same = &house;
+        admission_leave(house.admissions, &house.clients[gone]);
+        house.clients[gone].closing = false;
+        atomic_store(&house.clients[gone].active_us, 0);
+        struct admission_client in_its_place;
+        assert_true(admission_enter(house.admissions, &in_its_place, "owner", false, -1));
+        assert_int_equal(in_its_place.how, ADMISSION_SERVED);
+        expect_replaced(&house, gone == 0 ? 1 : 0);
+        admission_leave(house.admissions, &in_its_place);
+        assert_true(enter(&house, gone, "owner")); /* for the end, which has all leave */
+        assert_int_equal(tear_down(&same), 0);
+    }
+}
+
 /* At the last one below a bound of its own, and at the last one that is left. */
 static void test_quotas_end_where_they_say(void **state) {
     static const struct {
@@ -487,6 +508,7 @@ int main(void) {
         cmocka_unit_test(test_shares_let_the_only_body_grow),
         IN_FULL_HOUSE(test_admission_replaces_in_reserve_who_is_idle_longest),
         IN_HOUSE(test_admission_gives_a_moment_of_grace),
+        cmocka_unit_test(test_admission_forgets_who_has_left),
         cmocka_unit_test(test_admission_closes_so_many_at_a_time),
         cmocka_unit_test(test_quotas_end_where_they_say),
         cmocka_unit_test(test_quotas_keep_kinds_apart),

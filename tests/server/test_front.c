@@ -360,7 +360,10 @@ static void test_front_refuses_what_is_malformed(void **state) {
     for (size_t at = strlen(long_headers); at < sizeof long_headers - 600; at += 510)
         snprintf(long_headers + at, 511, "X: %0505d\r\n", 0);
     for (size_t k = 0; k < COUNT(rows); k++) {
-        int status = ask(rows[k].request);
+        int before = atomic_load(&counted), status = ask(rows[k].request);
+        for (int n = 0; n < PATIENCE_MS && atomic_load(&counted) == before; n++)
+            usleep(1000);
+        assert_int_equal(atomic_load(&counted), before + 1);
         if (status != rows[k].status || !strstr(answer, "application/problem+json") ||
             !strstr(answer, "Connection: close\r\n"))
             fail_msg("%.60s: %s", rows[k].request, answer);
@@ -721,7 +724,13 @@ static void test_front_ends(void **state) {
     assert_int_equal(pthread_create(&fetching, NULL, ask_for_letters, &length), 0);
     for (int k = 0; k < PATIENCE_MS && atomic_load(&front->exchanges) < 2; k++)
         usleep(1000);
+    int new = socket(AF_INET, SOCK_STREAM, 0);
+    struct sockaddr_in to = {.sin_family = AF_INET,
+                             .sin_addr.s_addr = htonl(INADDR_LOOPBACK),
+                             .sin_port = htons(http_port(front))};
     http_drain(front);
+    assert_int_equal(connect(new, (struct sockaddr *)&to, sizeof to), -1);
+    close(new);
     http_drain(front);
     assert_true(say(kept, echo, sizeof echo - 1));
     assert_int_equal(hear(kept), 200);
