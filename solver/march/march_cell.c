@@ -327,9 +327,14 @@ enum rough_kind march_edge_chord(const struct march *march, const struct march_c
 static const double over_crease = 0.9999;
 
 /* Carries a D that was found on the continuation of a face to where it lies, over a crease of the
- * shell: chords lead back and forth over it just beyond. Whether its edges have to be laid anew. */
+ * shell: chords lead back and forth over it just beyond. Whether its edges have to be laid anew.
+ * Beyond the boundary D may lie past a smooth joint and not be found on the next face, so far out:
+ * where it is carried then tells of no crease. */
 static bool lies_over_crease(struct march *march, struct surface_point *d) {
     if (!lies_over_joint(march, d))
+        return false;
+    const struct crossing *joint = march_look_over(march, d);
+    if (joint->at_corner && vec3_dot(joint->from.normal, joint->to.normal) > over_crease)
         return false;
     struct surface_point beyond = *d;
     if (!crossing_settle(&march->cursor, &beyond) || beyond.surface == d->surface ||

@@ -16,7 +16,7 @@
 static const uint64_t SEED = 20261124;
 static const double SAME = 1e-6, SAME_GROWN = 1e-3; /* of a spacing */
 static const double DOMES_MOST = 0.015, PARTS_MOST = 0.02, OVERLAPS_MOST = 0.005,
-                    RINGS_MOST = 0.55; /* that differ */
+                    RINGS_MOST = 0.53; /* that differ */
 static const double GAPS = 4;  /* that a node may be off by, for what a yarn adds up over some */
 static const double MOVED = 4; /* times as far as the whole's when it is moved by: */
 static const double ROUNDING = 1e-13; /* of the size */
@@ -445,6 +445,13 @@ static void test_exact_cut_slit_ends_in_a_hole(void **state) {
         assert_int_equal(cut_ring_is_wrong(seeds[k]), 0);
 }
 
+/* Past a smooth joint beyond the boundary chords met where they meet on the whole, but geodesics
+ * were laid in their place, as over a crease. */
+static void test_exact_cut_no_crease_beyond_the_boundary(void **state) {
+    (void)state;
+    assert_int_equal(cut_ring_is_wrong(20261348), 0);
+}
+
 /* Turned parts are cut in the plane of the mirror through the start, not where a mesh has it: nodes
  * came and went there. */
 static void test_exact_cut_bands_are_cut_in_their_mirror(void **state) {
@@ -515,7 +522,8 @@ static void test_exact_cut_domes_in_halves_and_quarters(void **state) {
             .max_nodes = 100000};
         sure += check_in_faces(&shape, &settings, k / 8 % 2 ? 4 : 2, 1, &random);
     }
-    printf("  share: %d of %d domes in halves and quarters, compared node for node\n", sure, rounds);
+    printf("  share: %d of %d domes in halves and quarters, compared node for node\n", sure,
+           rounds);
     check_above(sure, rounds / 2);
 }
 
@@ -614,6 +622,7 @@ int main(void) {
         cmocka_unit_test(test_exact_cut_node_on_a_pole),
         cmocka_unit_test(test_exact_cut_barrels_hourglasses_and_flanges_are_tubes),
         cmocka_unit_test(test_exact_cut_slit_ends_in_a_hole),
+        cmocka_unit_test(test_exact_cut_no_crease_beyond_the_boundary),
         cmocka_unit_test(test_exact_cut_bands_are_cut_in_their_mirror),
         cmocka_unit_test(test_exact_cut_domes_in_halves_and_quarters),
         cmocka_unit_test(test_exact_cut_torus_in_eight_by_eight_faces),
