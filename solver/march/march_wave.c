@@ -545,7 +545,7 @@ static enum status end_rows(struct quadrant *q, int32_t j, struct front *front) 
             break;
         leave_rows(q, low, low, low + 1, front->column - 1);
     }
-    int going = front->steady && q->wave->lag == 1 ? front->high : front->low + 1;
+    int going = front->steady ? front->high : front->low + 1;
     while (going < front->high && runs(q, going))
         going++;
     if (going >= front->high)
@@ -557,7 +557,7 @@ static enum status end_rows(struct quadrant *q, int32_t j, struct front *front) 
 }
 
 /* Where weft slides: leaves the lanes from the first that rests on places further ahead in the row
- * below, which it may not have yet. */
+ * below, which it may not have yet; the bottom one's is complete. */
 static void leave_far(struct quadrant *q, int32_t j, struct front *front) {
     struct wave *wave = q->wave;
     int going = front->low;
@@ -573,7 +573,7 @@ static void leave_far(struct quadrant *q, int32_t j, struct front *front) {
     q->kernel->lean(wave);
     for (; going < front->high; going++) {
         struct lane_cell at;
-        if (wave->plain >> going & 1)
+        if (wave->plain >> going & 1 || going == front->low)
             continue;
         take_lane(q, j, going, &at);
         if (march_slide_rests_far(q->march, &at.cell))
@@ -581,7 +581,7 @@ static void leave_far(struct quadrant *q, int32_t j, struct front *front) {
     }
     if (going == front->high)
         return;
-    leave_rows(q, going > front->low ? going - 1 : going, going, front->high, front->column - 1);
+    leave_rows(q, going - 1, going, front->high, front->column - 1);
     front->high = going;
     front->open = false;
 }
