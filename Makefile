@@ -138,11 +138,11 @@ $(B)/drape: $(CLI_OBJ) $(API_ARCHIVES)
 
 # The library for programs of others. Its code can lie anywhere in memory and what is not in
 # libdrape.map is seen by nobody; HDF5, for one format of maps, would bring 30 libraries into them,
-# and it knows no laminates.
+# and of laminates it knows the courses of a study alone.
 # It stays loaded: jansson calls it back.
 SONAME := libdrape.so.1
 PIC := $(patsubst $(B)/%,$(B)/pic/%,$(filter-out %/hdf5.o %/lcmsim_h5.o $(B)/api/laminate/%,$(SOLVER_OBJ) $(API_OBJ)) \
-           $(call objects,library/library.c))
+           $(call objects,library/library.c $(addprefix api/laminate/,courses.c course_limits.c normalise.c)))
 PIC_FLAGS := -fPIC -fvisibility=hidden -DWITHOUT_HDF5
 $(B)/pic/%.o: %.c Makefile | $(B)/.setup
 	@mkdir -p $(@D)

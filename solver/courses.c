@@ -4,6 +4,7 @@
 #include "solver/angle.h"
 #include "solver/course/line.h"
 #include "solver/laid_line.h"
+#include "solver/power.h"
 #include "solver/shell/shell.h"
 #include "solver/surface/spans.h"
 #include <string.h>
@@ -538,6 +539,7 @@ static enum status drape_course(const struct layer *l, size_t number, struct cou
     row->j = right ? -course->rows : course->rows;
     s.row = row;
     statistics->wanted = settings->wanted;
+    statistics->exponent = settings->exponent;
     s.statistics = statistics;
     enum status status = drape_solve(l->part, &s, l->monitor, l->arena, &course->net);
     if (status != STATUS_OK)
@@ -563,8 +565,15 @@ static enum status line_of_row(const struct layer *l, const struct drape_row *ro
     return STATUS_OK;
 }
 
-static void add_up(struct courses_result *result, const struct course *course, double part_area) {
+/* Means are sums by area until all courses are laid; of an angle of its p-th power. */
+static void add_up(struct courses_result *result, const struct course *course, double part_area,
+                   double exponent) {
     const struct drape_summary *summary = &course->net.summary;
+    double power = exponent > 1 ? power_of(course->wanted_deg, exponent) : course->wanted_deg;
+    result->mean_shear_deg += course->net_area * summary->mean_shear_deg;
+    result->wanted_deg += course->net_area * power;
+    if (result->count > 0 && course->net_area > 0)
+        result->gap_most = fmax(result->gap_most, course->gap[1]);
     result->area += course->area;
     result->net_area += course->net_area;
     result->trim_area += course->trim_area;
@@ -620,7 +629,7 @@ static enum status lay_side(const struct layer *l, struct course_line *line, siz
             return status;
         if (result->count == begin)
             *near = edge;
-        add_up(result, course, l->part_area);
+        add_up(result, course, l->part_area, l->settings->exponent);
         result->count++;
     }
     return STATUS_OK;
@@ -710,5 +719,13 @@ enum status courses_lay(const struct drape_part *part, const struct courses_sett
     status = settings->along == COURSES_ALONG_DIRECTION ? along_direction(&l, &line)
              : settings->along == COURSES_ALONG_EDGE    ? along_edge(&l, &line)
                                                         : along_path(&l, &line);
-    return status == STATUS_OK ? lay_all(&l, &line, result) : status;
+    if (status == STATUS_OK)
+        status = lay_all(&l, &line, result);
+    double power = settings->exponent > 1 ? 1 / settings->exponent : 1;
+    if (result->net_area > 0) { /* of the sums */
+        result->mean_shear_deg /= result->net_area;
+        result->wanted_deg /= result->net_area;
+        result->wanted_deg = power < 1 ? power_of(result->wanted_deg, power) : result->wanted_deg;
+    }
+    return status;
 }

@@ -53,6 +53,7 @@ struct courses_settings {
     size_t most;        /* so many courses at the most, 0: COURSES_MAX */
     double ends;        /* cloth beyond both ends of a course; >= 0 */
     struct vec3 wanted; /* where warp should run, projected on the part; zero: not asked */
+    double exponent;    /* p of the means of the angle from there; 0 is 1 */
 };
 
 /* A course. Lengths and areas are those of the flat cloth where nothing else is said. */
@@ -67,7 +68,7 @@ struct course {
     double area;            /* that is cut from the roll: width times cut length */
     double net_area;        /* of it on the part */
     double trim_area;       /* the rest */
-    double wanted_deg;      /* mean angle by area between warp and the wanted direction, and */
+    double wanted_deg;      /* p-mean by area of the angle between warp and the wanted direction, */
     double wanted_most_deg; /* the greatest of a cell, 0..90; 0 where it is not asked for */
     double gap[2];          /* least and greatest distance from the course before, on the part;
                                of the first one from the line */
@@ -82,9 +83,11 @@ struct courses_result {
     struct course *courses;
     size_t count;
     double area, net_area, trim_area, gap_area, overlap_area; /* of all */
-    double cloth_coverage; /* share of the part under one course at least */
-    double max_shear_deg, wanted_most_deg;
-    size_t faulty; /* after an error: the number of the course */
+    double cloth_coverage;                /* share of the part under one course at least */
+    double max_shear_deg, mean_shear_deg; /* the greatest, and the mean by flat area */
+    double wanted_deg, wanted_most_deg;
+    double gap_most; /* greatest distance of neighbours with cloth, >= 0 */
+    size_t faulty;   /* after an error: the number of the course */
 };
 
 /*

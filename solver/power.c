@@ -17,6 +17,10 @@ double power_exp(double x) {
     return power_exp_normal(x);
 }
 
+double power_of(double a, double p) {
+    return a > 0 ? power_exp(p * power_log(a)) : 0;
+}
+
 double power_mean(double a, double b, double t) {
     if (!(t > 0))
         return a;

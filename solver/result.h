@@ -181,8 +181,10 @@ enum { DRAPE_SHEAR_BINS = 8192, DRAPE_DIVISIONS = 32 };
 #define DRAPE_SHEAR_BIN (90.0 / (DRAPE_SHEAR_BINS - 1)) /* degrees */
 struct drape_statistics {
     struct vec3 wanted; /* asked for: where the warp should run, of any length; zero: not asked */
-    double wanted_deg;  /* mean angle by area, 0..90, between warp and `wanted` projected on the
-                           surface; of places where it has no projection 45 */
+    double exponent;    /* asked for: p of the mean below; 0 is 1 */
+    double wanted_deg;  /* p-th root of the mean p-th power by area of the angle, 0..90, between
+                           warp and `wanted` projected on the surface; of places where it has no
+                           projection 45 */
     double area[DRAPE_SHEAR_BINS]; /* whose absolute shear is DRAPE_SHEAR_BIN times b .. b + 1 */
     double negative[DRAPE_SHEAR_BINS]; /* of that, whose shear is negative */
     double lower[2], upper[2];    /* the box round the unsheared cloth: least and greatest p and q,

@@ -150,10 +150,8 @@ validate: all ## drapes what others have draped, prints both beside each other: 
 	@gnuplot -e "data = '$(B)/validation'" tests/validation/course.gp
 	@awk -f tests/figures/compact.awk $(B)/validation/course.svg >docs/figures/course.svg
 
-blade: $(B)/tests/validation/blade ## a layer of courses on the blade-like mould, searched three times: docs/validation.md
-	@$< tests/validation/blade.json
-$(B)/tests/validation/blade: $(B)/tests/validation/blade.o $(B)/libdrapeapi.a $(B)/libdrape.a
-	$(call say,LINK,$@)$(LINK) -o $@ $^ $(API_LIBS)
+blade: $(B)/drape ## a layer of courses on the blade-like mould, searched by three studies: docs/validation.md
+	@tests/validation/blade.sh $< tests/validation/blade.json
 
 # The open benchmark: its cases, written by programs that share no code with the solver's march, and
 # the scores of all methods here.

@@ -161,7 +161,7 @@ static bool open_result(struct encoder *encoder, const char *fields, struct api_
     if (!encoder->options.table_given)
         *table = first;
     bool cuts = (*table == API_TABLE_CUTS && encoder->columns.cut_count > 0) ||
-                (*table == API_TABLE_PROPOSED && study);
+                ((*table == API_TABLE_PROPOSED || *table == API_TABLE_COURSES) && study);
     if (*table == first || *table == (study ? API_TABLE_BANDS : API_TABLE_CELLS) || cuts)
         return select_columns(encoder, columns, count, fields, problem);
     return !api_problem_set(

@@ -52,9 +52,9 @@ const struct format *format_for_media_type(enum format_use use, const char *medi
 /* ---- options ---- */
 
 static bool set_table(struct format_options *options, const char *value) {
-    static const enum api_table tables[] = {API_TABLE_NODES,   API_TABLE_CELLS,    API_TABLE_CUTS,
-                                            API_TABLE_PLIES,   API_TABLE_VARIANTS, API_TABLE_BANDS,
-                                            API_TABLE_PROPOSED};
+    static const enum api_table tables[] = {API_TABLE_NODES,    API_TABLE_CELLS,    API_TABLE_CUTS,
+                                            API_TABLE_PLIES,    API_TABLE_VARIANTS, API_TABLE_BANDS,
+                                            API_TABLE_PROPOSED, API_TABLE_COURSES};
     for (size_t k = 0; k < sizeof tables / sizeof *tables; k++)
         if (strcmp(value, api_table_name(tables[k])) == 0) {
             options->table = tables[k];

@@ -116,9 +116,10 @@ static void decode_ends(const struct json_value *json, double *ends) {
 }
 
 /* What a ply must not say beside its courses. */
-static void refuse_beside_courses(const struct json_value *ply, const struct api_request *cloth) {
+static void refuse_beside_courses(const struct json_value *courses, const struct json_value *ply,
+                                  const struct api_request *cloth) {
     static const char *const keys[] = {"splits", "seam", "boundary", "cuts", "extent"};
-    struct json_value courses = value_member(ply, "courses"), fabric = value_member(ply, "fabric");
+    struct json_value fabric = value_member(ply, "fabric");
     struct json_value generators = value_member(ply, "generators");
     struct json_value pre_shear = value_member(&fabric, "pre_shear_deg");
     for (size_t k = 0; k < sizeof keys / sizeof *keys; k++) {
@@ -134,31 +135,30 @@ static void refuse_beside_courses(const struct json_value *ply, const struct api
     if (cloth->settings.pre_shear_deg != 0)
         value_fault(&pre_shear, "must be 0 of courses, which leave their roll unsheared");
     if (cloth->surface.kind == API_SURFACE_MESH)
-        value_fault(&courses, "need a surface, along which parallels are exact: a triangle mesh "
-                              "has none");
+        value_fault(courses, "need a surface, along which parallels are exact: a triangle mesh "
+                             "has none");
 }
 
-struct laminate_courses *courses_decode(const struct json_value *ply,
+struct laminate_courses *courses_decode(const struct json_value *json, const struct json_value *ply,
                                         const struct api_request *cloth) {
     static const char *const keys[] = {
-        "width",   "along", "first_offset",     "gap", "overlap", "origin", "order",
-        "stagger", "ends",  "wanted_direction", NULL};
+        "width",   "along", "first_offset",     "gap",  "overlap", "origin", "order",
+        "stagger", "ends",  "wanted_direction", "most", NULL};
     static const char *const orders[] = {"left", "right"};
-    const struct json_value json = value_member(ply, "courses"), start = value_member(ply, "start");
-    const struct json_value along = value_member(&json, "along");
-    const struct json_value width = value_member(&json, "width"),
-                            ends = value_member(&json, "ends");
-    const struct json_value first = value_member(&json, "first_offset");
-    const struct json_value origin = value_member(&json, "origin");
-    const struct json_value order = value_member(&json, "order");
-    const struct json_value stagger = value_member(&json, "stagger");
-    const struct json_value wanted = value_member(&json, "wanted_direction");
-    struct laminate_courses *courses = json_tree_alloc(json.tree, 1, sizeof *courses);
-    int index;
-    if (!courses || !value_object(&json, keys))
+    const struct json_value start = value_member(ply, "start");
+    const struct json_value along = value_member(json, "along"), most = value_member(json, "most");
+    const struct json_value width = value_member(json, "width"), ends = value_member(json, "ends");
+    const struct json_value first = value_member(json, "first_offset");
+    const struct json_value origin = value_member(json, "origin");
+    const struct json_value order = value_member(json, "order");
+    const struct json_value stagger = value_member(json, "stagger");
+    const struct json_value wanted = value_member(json, "wanted_direction");
+    struct laminate_courses *courses = json_tree_alloc(json->tree, 1, sizeof *courses);
+    int index, number = 0;
+    if (!courses || !value_object(json, keys))
         return courses;
     struct courses_settings *lay = &courses->lay;
-    refuse_beside_courses(ply, cloth);
+    refuse_beside_courses(json, ply, cloth);
     if (!decode_one_or_more(&width, decode_lengths, LAMINATE_COURSES_MAX, &lay->widths,
                             &lay->width_count))
         lay->width_count = 0;
@@ -167,13 +167,15 @@ struct laminate_courses *courses_decode(const struct json_value *ply,
     if (value_given(&first))
         decode_one_or_more(&first, decode_coordinates, COURSES_VALUES_MAX, &lay->first.values,
                            &lay->first.count);
-    decode_gaps(&json, lay);
+    decode_gaps(json, lay);
     if (value_given(&origin))
         decode_one_or_more(&origin, shares, LAMINATE_COURSES_MAX, &lay->origins,
                            &lay->origin_count);
     lay->both = !value_given(&order) && lay->along != COURSES_ALONG_EDGE;
     if (value_given(&order) && value_choice(&order, orders, 2, &index))
         lay->to_right = index == 1;
+    if (value_given(&most) && value_integer(&most, 1, LAMINATE_COURSES_MAX, &number))
+        lay->most = (size_t)number;
     if (value_given(&stagger))
         value_number(&stagger, not_negative, &courses->stagger);
     if (value_given(&ends))
@@ -211,6 +213,8 @@ void courses_normalise(struct api_text *text, const struct laminate_courses *cou
         api_text_key_numbers(text, "origin", lay->origins, lay->origin_count);
     if (!lay->both)
         api_text_key_string(text, "order", lay->to_right ? "right" : "left");
+    if (lay->most > 0)
+        api_text_key_integer(text, "most", (int64_t)lay->most);
     if (courses->stagger > 0)
         api_text_key_number(text, "stagger", courses->stagger);
     if (lay->ends > 0)

@@ -162,7 +162,8 @@ static void decode_courses_of_ply(const struct json_value *json, struct laminate
     if (!pieces)
         return;
     pieces->ply = ply->drape;
-    pieces->courses = courses_decode(json, &ply->drape);
+    struct json_value courses = value_member(json, "courses");
+    pieces->courses = courses_decode(&courses, json, &ply->drape);
     ply->pieces = pieces->courses ? pieces : NULL;
     if (value_given(&list) && pieces->courses)
         decode_pieces(&list, &ply->drape, pieces);

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "laid_courses.h"
 
+#include "course_limits.h"
+
 #include "api/request/prepared_part.h"
 #include "solver/laid_line.h"
 #include "solver/shell/shell.h"
@@ -18,85 +20,13 @@ enum { STAGGER_PLACES = 33 };
 struct laying {
     const struct laminate *laminate;
     size_t ply;
+    struct course_limits limits; /* of it */
     struct prepared_part shape;
     struct arena *arena; /* what stays */
     struct api_problem *problem;
 };
 
 /* ---- what cannot be laid ---- */
-
-static enum api_problem_id refuse_at(const struct laying *l, enum api_problem_id id,
-                                     const char *member, const char *detail) {
-    char pointer[API_POINTER_MAX];
-    (void)snprintf(pointer, sizeof pointer, "/plies/%zu%s", l->laminate->plies[l->ply].number,
-                   member);
-    return id == API_INVALID_REQUEST ? api_problem_add(l->problem, pointer, "%s", detail)
-                                     : api_problem_set_at(l->problem, id, pointer, "%s", detail);
-}
-
-static double box_diagonal(const struct drape_part *part) {
-    struct vec3 low, high;
-    if (part->shell)
-        return shell_size(part->shell);
-    surface_bounds(part->surface, &low, &high);
-    return vec3_distance(low, high);
-}
-
-static double most_of_offset(const struct courses_offset *offset) {
-    double most = 0;
-    for (size_t n = 0; n < offset->count; n++)
-        most = fmax(most, fabs(offset->values[n]));
-    return most;
-}
-
-/* Lengths that no part of this size has room for. */
-static enum api_problem_id check_lengths(const struct laying *l,
-                                         const struct courses_settings *settings) {
-    enum { SIZE = 200 };
-    static const double narrowest = 1e-4; /* of the part; its lines take steps of its width */
-    char text[SIZE], member[40];
-    double size = box_diagonal(&l->shape.part);
-    const char *unit = l->laminate->length_unit->name;
-    for (size_t n = 0; n < settings->width_count; n++) {
-        bool wide = settings->widths[n] > size;
-        (void)snprintf(text, sizeof text,
-                       "is %s the part, which fits a box with a diagonal of %.4g %s: take a %s "
-                       "roll",
-                       wide ? "wider than" : "less than a ten-thousandth of", size, unit,
-                       wide ? "narrower" : "wider");
-        (void)snprintf(member, sizeof member,
-                       settings->width_count > 1 ? "/courses/width/%zu" : "/courses/width", n);
-        if (wide || settings->widths[n] < narrowest * size)
-            return refuse_at(l, API_INVALID_REQUEST, member, text);
-    }
-    (void)snprintf(text, sizeof text,
-                   "must be less than the part's size, a diagonal of %.4g %s of its box", size,
-                   unit);
-    if (!(most_of_offset(&settings->first) < size))
-        return refuse_at(l, API_INVALID_REQUEST, "/courses/first_offset", text);
-    for (size_t n = 0; n < settings->gap_count; n++)
-        if (!(most_of_offset(&settings->gaps[n]) < size))
-            return refuse_at(l, API_INVALID_REQUEST, "/courses/gap", text);
-    if (!(settings->drape.spacing[0] < size))
-        return refuse_at(l, API_INVALID_REQUEST, "/fabric/spacing", text);
-    return API_OK;
-}
-
-/* Within a spacing a course cannot be laid to the side of a path that it is beside itself. */
-static enum api_problem_id check_path(const struct laying *l,
-                                      const struct courses_settings *settings) {
-    const struct drape_cut_line line = {settings->path, settings->path_count};
-    struct vec3 at;
-    char text[200];
-    if (settings->along != COURSES_ALONG_PATH ||
-        !laid_line_meets_itself(&line, settings->drape.spacing[0], &at))
-        return API_OK;
-    (void)snprintf(text, sizeof text,
-                   "crosses itself, or comes back to itself, at (%.6g, %.6g, %.6g), so that it has "
-                   "no side for courses: end it before that place, or lead it round",
-                   at.x, at.y, at.z);
-    return refuse_at(l, API_INVALID_REQUEST, "/courses/along/path", text);
-}
 
 /* The first point of the path that is off the part, or else the path. */
 static enum api_problem_id refuse_path(const struct laying *l,
@@ -115,9 +45,10 @@ static enum api_problem_id refuse_path(const struct laying *l,
             break;
         }
     }
-    return refuse_at(l, API_INVALID_REQUEST, member,
-                     "is further from the part than the spacing, or the way to it is: move it onto "
-                     "the part, or give the path more points");
+    return course_limits_refuse(
+        &l->limits, API_INVALID_REQUEST, member,
+        "is further from the part than the spacing, or the way to it is: move it onto "
+        "the part, or give the path more points");
 }
 
 /* What stopped the courses, the first of them `faulty`. */
@@ -132,23 +63,25 @@ static enum api_problem_id refuse_status(const struct laying *l,
         (void)snprintf(text, sizeof text,
                        "is too small: course %zu would have more than the %zu nodes allowed",
                        faulty + 1, settings->drape.max_nodes);
-        return refuse_at(l, API_INVALID_REQUEST, "/fabric/spacing", text);
+        return course_limits_refuse(&l->limits, API_INVALID_REQUEST, "/fabric/spacing", text);
     case STATUS_START_OFF_SURFACE:
         if (settings->along == COURSES_ALONG_PATH)
             return refuse_path(l, settings);
         return settings->along == COURSES_ALONG_EDGE
-                   ? refuse_at(l, API_INVALID_REQUEST, "/courses/along/edge",
-                               "is further than a spacing from every edge of the part: give a "
-                               "point next to the edge")
-                   : refuse_at(l, API_START_OFF_SURFACE, "/start",
-                               "must be on the surface, or within the spacing of it");
+                   ? course_limits_refuse(
+                         &l->limits, API_INVALID_REQUEST, "/courses/along/edge",
+                         "is further than a spacing from every edge of the part: give a "
+                         "point next to the edge")
+                   : course_limits_refuse(&l->limits, API_START_OFF_SURFACE, "/start",
+                                          "must be on the surface, or within the spacing of it");
     case STATUS_START_STUCK:
-        return refuse_at(l, API_INVALID_REQUEST, "/courses",
-                         "do not lie on the part: the first one is beyond it. Take another "
-                         "first_offset or the other order");
+        return course_limits_refuse(
+            &l->limits, API_INVALID_REQUEST, "/courses",
+            "do not lie on the part: the first one is beyond it. Take another "
+            "first_offset or the other order");
     case STATUS_DEGENERATE_SURFACE:
-        return refuse_at(l, API_DEGENERATE_SURFACE, "/courses",
-                         "begin, or run, where the surface has no tangent plane");
+        return course_limits_refuse(&l->limits, API_DEGENERATE_SURFACE, "/courses",
+                                    "begin, or run, where the surface has no tangent plane");
     case STATUS_NO_CONVERGENCE:
         (void)snprintf(
             text, sizeof text,
@@ -156,10 +89,11 @@ static enum api_problem_id refuse_status(const struct laying *l,
             "is a parallel of bends more sharply than the distance to it, or ends before "
             "the part does. Lay courses along another line, or in the other order",
             faulty + 1);
-        return refuse_at(l, API_INVALID_REQUEST, "/courses/along", text);
+        return course_limits_refuse(&l->limits, API_INVALID_REQUEST, "/courses/along", text);
     default:
-        return refuse_at(l, API_INVALID_REQUEST, "/direction",
-                         "must not be at right angles to the surface where the courses begin");
+        return course_limits_refuse(
+            &l->limits, API_INVALID_REQUEST, "/direction",
+            "must not be at right angles to the surface where the courses begin");
     }
 }
 
@@ -169,10 +103,7 @@ static enum api_problem_id refuse_status(const struct laying *l,
 static bool settle_courses(const struct laying *l, size_t number,
                            const struct laminate_courses *courses,
                            const struct api_request *request, struct courses_settings *settings) {
-    *settings = courses->lay;
-    settings->drape = request->settings;
-    settings->drape.has_extent[0] = settings->drape.has_extent[1] = false;
-    settings->most = COURSES_MAX;
+    course_limits_settle(&courses->lay, &request->settings, settings);
     size_t count = settings->first.count ? settings->first.count : 1;
     double pitch = settings->widths[0] + settings->gaps[0].values[0];
     double back = fmod((double)number * courses->stagger, pitch);
@@ -346,7 +277,14 @@ enum api_problem_id laid_courses_make(const struct laminate *laminate, size_t k,
                                       const struct api_limits *limits, struct arena *arena,
                                       struct joints *below, struct laminate_pieces *pieces,
                                       struct api_problem *problem) {
-    struct laying l = {.laminate = laminate, .ply = k, .arena = arena, .problem = problem};
+    struct laying l = {
+        .laminate = laminate,
+        .ply = k,
+        .arena = arena,
+        .problem = problem,
+        .limits = {.part = &l.shape.part, .unit = laminate->length_unit, .problem = problem}};
+    (void)snprintf(l.limits.prefix, sizeof l.limits.prefix, "/plies/%zu",
+                   laminate->plies[k].number);
     struct api_request request = laminate_drape(laminate, k);
     struct courses_settings settings;
     struct courses_result laid;
@@ -360,13 +298,14 @@ enum api_problem_id laid_courses_make(const struct laminate *laminate, size_t k,
         laminate_fault_of_ply(laminate, k, &own, problem);
     else if (!settle_courses(&l, number, pieces->courses, &request, &settings))
         api_problem_no_memory(problem, "the courses");
-    else if (check_lengths(&l, &settings) == API_OK && check_path(&l, &settings) == API_OK) {
+    else if (course_limits_check(&l.limits, &settings) == API_OK) {
         enum status status = courses_lay(&l.shape.part, &settings, NULL, scratch, &laid);
         if (status != STATUS_OK)
             (void)!refuse_status(&l, &settings, status, laid.faulty);
         else if (laid.count > LAMINATE_COURSES_MAX)
-            (void)!refuse_at(&l, API_INVALID_REQUEST, "/courses/width",
-                             "takes more than 255 courses, which are allowed: take a wider roll");
+            (void)!course_limits_refuse(
+                &l.limits, API_INVALID_REQUEST, "/courses/width",
+                "takes more than 255 courses, which are allowed: take a wider roll");
         else
             (void)!keep_courses(&l, &settings, &laid, below, pieces);
     }

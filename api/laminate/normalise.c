@@ -29,6 +29,8 @@ static void normalise_pieces(struct api_text *text, const struct laminate_pieces
         courses_normalise(text, pieces->courses);
     else
         normalise_splits(text, pieces);
+    if (pieces->count == 0) /* they have not been laid */
+        return;
     api_text_key(text, "pieces");
     for (size_t k = 0; k < pieces->count; k++) {
         const struct laminate_piece *own = &pieces->pieces[k];
@@ -103,10 +105,24 @@ const char *laminate_normalise(const struct laminate *laminate, struct arena *ar
         api_normalise_permeability(&text, &cloth->permeability);
         if (ply->pieces) {
             normalise_pieces(&text, ply->pieces);
-            k += ply->pieces->count - 1;
+            k += ply->pieces->count ? ply->pieces->count - 1 : 0;
         }
         api_text_raw(&text, "}");
     }
     api_text_raw(&text, "]}");
     return api_text_finish(&text);
+}
+
+const char *courses_document(const struct api_request *drape, const struct courses_settings *lay,
+                             struct arena *arena) {
+    const struct laminate_courses courses = {.lay = *lay};
+    const struct laminate_pieces pieces = {.courses = &courses, .ply = *drape};
+    struct laminate_ply ply = {.name = "ply_1", .drape = *drape, .pieces = &pieces, .repeat = 1};
+    const struct laminate laminate = {.surface = drape->surface,
+                                      .length_unit = drape->length_unit,
+                                      .plies = &ply,
+                                      .count = 1,
+                                      .ply_count = 1,
+                                      .side = 1};
+    return laminate_normalise(&laminate, arena);
 }

@@ -3,8 +3,9 @@
 
 #include <string.h>
 
-const char *const column_tables[API_TABLE_COUNT] = {
-    "nodes", "cells", "front", "rim", "cuts", "cut", "plies", "variants", "bands", "proposed"};
+const char *const column_tables[API_TABLE_COUNT] = {"nodes", "cells",    "front",  "rim",
+                                                    "cuts",  "cut",      "plies",  "variants",
+                                                    "bands", "proposed", "courses"};
 
 const char *const column_kind_names[COLUMN_KINDS] = {"scalar",  "vector", "tensor", "integer",
                                                      "flag",    "truth",  "reason", "positive",

@@ -110,8 +110,11 @@
     X(VARIANTS, fiber_volume_fraction_range, fiber_volume_fraction_range, POSITIVE, "", JUDGED, "greatest minus least Vf") \
     X(VARIANTS, k1_ratio_p95, k1_ratio_p95, POSITIVE, "", JUDGED, "factor between k1 and that of the unsheared fabric: 95 % of the area has less") \
     X(VARIANTS, cut_length, cut_length, POSITIVE, "length", JUDGED, "of all cuts on the part together") \
+    X(VARIANTS, angle_deviation_max_deg, angle_deviation_max_deg, POSITIVE, "deg", JUDGED, "greatest such angle of a cell") \
+    X(VARIANTS, gap_width, gap_width, POSITIVE, "length", JUDGED, "greatest distance between neighbouring courses") \
     X(VARIANTS, cloth_coverage, cloth_coverage, POSITIVE, "", ALWAYS, "share of the part under cloth") \
     X(VARIANTS, mean_shear_deg, mean_shear_deg, POSITIVE, "deg", JUDGED, "mean \\|γ\\| by area")   \
+    X(VARIANTS, laid_coverage, laid_coverage, POSITIVE, "", JUDGED, "share of the part under courses or in gaps between them") \
     X(VARIANTS, feasible, feasible, FLAG, "", ALWAYS, "1 where the variant keeps all limits")               \
     X(VARIANTS, pareto, pareto, FLAG, "", ALWAYS, "1 where no other variant is better in one objective and as good in all") \
     X(VARIANTS, failure, failure, FAILURE, "", ALWAYS, "why the variant failed, or `none`")        \
@@ -127,7 +130,13 @@
     X(PROPOSED, mouth_z, mouth_z, SCALAR, "length", ALWAYS, "where it begins, at the edge")        \
     X(PROPOSED, tip_x, tip_x, SCALAR, "length", ALWAYS, "where it ends")                           \
     X(PROPOSED, tip_y, tip_y, SCALAR, "length", ALWAYS, "where it ends")                           \
-    X(PROPOSED, tip_z, tip_z, SCALAR, "length", ALWAYS, "where it ends")
+    X(PROPOSED, tip_z, tip_z, SCALAR, "length", ALWAYS, "where it ends")                           \
+    X(COURSES, variant, variant, INTEGER, "", ALWAYS, "whose course it is, counted from 0")        \
+    X(COURSES, course, course, INTEGER, "", ALWAYS, "number of the course, counted from 1")        \
+    X(COURSES, point, point, INTEGER, "", ALWAYS, "number of the distance, counted from 1: of a course there are one or more") \
+    X(COURSES, distance, distance, SCALAR, "length", ALWAYS, "of its near edge from the line, or from the course before") \
+    X(COURSES, width, width, SCALAR, "length", ALWAYS, "its width")                                \
+    X(COURSES, origin, origin, SCALAR, "", ALWAYS, "where its weft generator is, as a share of its near edge")
 /* clang-format on */
 
 enum api_table {
@@ -141,11 +150,12 @@ enum api_table {
     API_TABLE_VARIANTS, /* of studies alone */
     API_TABLE_BANDS,    /* of studies that draw samples alone */
     API_TABLE_PROPOSED, /* of studies that propose cuts alone */
+    API_TABLE_COURSES,  /* of studies that vary courses alone */
     API_TABLE_COUNT
 };
 
 /* "nodes", "cells", "front", "rim", "cuts", "cut", "plies", "variants", "bands",
- * "proposed". */
+ * "proposed", "courses". */
 extern const char *const column_tables[API_TABLE_COUNT];
 static inline const char *api_table_name(enum api_table table) {
     return column_tables[table];

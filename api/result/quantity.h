@@ -22,8 +22,11 @@
     X(FRACTION_RANGE, "fiber_volume_fraction_range", OBJECTIVE, 0, 1e30)                           \
     X(K1_RATIO, "k1_ratio_p95", OBJECTIVE, 1, 1e30)                                                \
     X(CUT_LENGTH, "cut_length", OBJECTIVE, 0, 1e12)                                                \
+    X(ANGLE_DEVIATION_MAX, "angle_deviation_max_deg", OBJECTIVE, 0, 90)                            \
+    X(GAP_WIDTH, "gap_width", OBJECTIVE, 0, 1e12)                                                  \
     X(CLOTH_COVERAGE, "cloth_coverage", BOUND, 0, 1)                                               \
-    X(MEAN_SHEAR, "mean_shear_deg", BOUND, 0, 90)
+    X(MEAN_SHEAR, "mean_shear_deg", BOUND, 0, 90)                                                  \
+    X(LAID_COVERAGE, "laid_coverage", BOUND, 0, 1)
 /* clang-format on */
 
 enum quantity_role { QUANTITY_OBJECTIVE, QUANTITY_BOUND };

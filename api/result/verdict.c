@@ -105,16 +105,17 @@ void verdict_judge(const struct verdict_case *c, struct api_verdict *verdict) {
         snprintf(where, sizeof where, " at (%.4g, %.4g, %.4g)", fabs(c->at.x) < least ? 0 : c->at.x,
                  fabs(c->at.y) < least ? 0 : c->at.y, fabs(c->at.z) < least ? 0 : c->at.z);
     *verdict = (struct api_verdict){.variant = -1, .placed = c->placed, .at = c->at};
+    const char *how = c->courses ? "in courses" : "in one piece";
     char *detail = verdict->detail;
     const size_t size = sizeof verdict->detail;
     if (c->bare) {
         verdict->obstacle = VERDICT_UNCOVERED;
-        snprintf(detail, size, "not in one piece: %.4g %% is covered, and the cloth ends%s; %s",
+        snprintf(detail, size, "not %s: %.4g %% is covered, and the cloth ends%s; %s", how,
                  100 * c->coverage, where, c->remedy);
     } else if (c->shear_deg > c->limit_deg) {
         verdict->obstacle = VERDICT_SHEAR;
-        snprintf(detail, size, "not within %g degrees in one piece: the cloth shears by %.1f%s; %s",
-                 c->limit_deg, c->shear_deg, where, c->remedy);
+        snprintf(detail, size, "not within %g degrees %s: the cloth shears by %.1f%s; %s",
+                 c->limit_deg, how, c->shear_deg, where, c->remedy);
     } else if (c->packed_cells > 0) {
         verdict->obstacle = VERDICT_FIBRES;
         snprintf(detail, size, "more fibres than can be packed in %.0f cells, the most%s",
@@ -122,9 +123,9 @@ void verdict_judge(const struct verdict_case *c, struct api_verdict *verdict) {
     } else {
         verdict->placed = false;
         snprintf(detail, size,
-                 "drapable in one piece: %.4g %% is covered, within %g degrees of shear, %.1f at "
+                 "drapable %s: %.4g %% is covered, within %g degrees of shear, %.1f at "
                  "the most",
-                 100 * c->coverage, c->limit_deg, c->shear_deg);
+                 how, 100 * c->coverage, c->limit_deg, c->shear_deg);
     }
 }
 

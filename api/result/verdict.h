@@ -44,6 +44,7 @@ struct verdict_case {
     bool placed;         /* whether `at` is known */
     struct vec3 at;      /* where it is bare, else of the greatest shear */
     const char *remedy;  /* the sentence after what stands in the way */
+    bool courses;        /* the cloth is many courses and not one piece */
 };
 
 /* Sets all but `variant`, which becomes -1. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* What all variants of a study say together: which keep its limits, which are the best, which no
  * other beats in everything; and its result as columns. */
+#include "course_search.h"
 #include "cut_search.h"
 #include "sample.h"
 #include "score.h"
@@ -259,9 +260,11 @@ static void judge_rows(struct verdict *v) {
         .shear_deg = limit->has_max ? best->quantity[QUANTITY_MAX_SHEAR] : best->shear_deg,
         .limit_deg = limit->has_max ? limit->max : best->limit_deg,
         .placed = best->placed,
+        .courses = r->courses.base != NULL,
         .at = best->at,
-        .remedy = r->sample > 0   ? "that is the worst sample"
-                  : r->splits > 0 ? cuts
+        .remedy = r->sample > 0     ? "that is the worst sample"
+                  : r->courses.base ? "give more courses values of their own, or wider ranges"
+                  : r->splits > 0   ? cuts
                   : r->search == STUDY_SEARCH_OPTIMISE && r->starts == STUDY_STARTS_GRID
                       ? "no variant does better, so cut the cloth there"
                       : "vary more starts and directions, or cut the cloth there"};
@@ -365,6 +368,12 @@ static enum api_problem_id write_study_columns(const struct verdict *v,
             return api_problem_no_memory(problem, "the study");
         count += more;
     }
+    if (v->study->request.courses.base) {
+        size_t more = course_search_columns(v->study, v->rows, v->count, arena, sources + count);
+        if (more == SIZE_MAX)
+            return api_problem_no_memory(problem, "the study");
+        count += more;
+    }
     return api_columns_write(&header, sources, count, sink, arena, problem);
 }
 
@@ -429,7 +438,12 @@ enum api_problem_id api_study_variant_request(const struct api_study *study,
         request.start_on_face = study->part.geometry.shell != NULL;
     else if (request.start_on_face)
         request.settings.start_face = study->part.shell.numbers[request.settings.start_face];
-    const char *text = api_normalise(&request, NULL, arena);
+    const char *text =
+        study->request.courses.base
+            ? course_search_request(study, &request, result, &columns, k, arena, problem)
+            : api_normalise(&request, NULL, arena);
+    if (problem->id != API_OK)
+        return problem->id;
     if (!text)
         api_problem_no_memory(problem, "the study");
     else if (!sink->write(sink->context, text, strlen(text)))

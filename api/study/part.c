@@ -1,8 +1,33 @@
 /* SPDX-License-Identifier: MIT */
 #include "part.h"
 
+#include "study.h"
+
+#include "api/laminate/course_limits.h"
 #include <stdio.h>
 #include <string.h>
+
+/* Whether the part has room for the courses, at both ends of what is varied. */
+static enum api_problem_id check_courses(const struct study_request *request,
+                                         const struct drape_part *part,
+                                         struct api_problem *problem) {
+    const struct study_courses *courses = &request->courses;
+    for (int end = 0; end < 2 && problem->id == API_OK; end++) {
+        double unknowns[API_STUDY_UNKNOWNS];
+        struct course_plan plan;
+        struct courses_settings settings;
+        for (size_t k = 0; k < course_plan_unknowns(courses); k++) {
+            struct study_span span = course_plan_span(courses, k);
+            unknowns[k] = end ? span.to : span.from;
+        }
+        course_plan_make(courses, unknowns, &plan);
+        course_limits_settle(&plan.lay, &request->drape.settings, &settings);
+        const struct course_limits limits = {
+            .part = part, .unit = request->drape.length_unit, .problem = problem};
+        (void)!course_limits_check(&limits, &settings);
+    }
+    return problem->id;
+}
 
 enum api_problem_id study_part_make(struct study_request *request, const struct api_limits *limits,
                                     struct arena *arena, struct study_part *part,
@@ -20,6 +45,8 @@ enum api_problem_id study_part_make(struct study_request *request, const struct 
     *part =
         (struct study_part){.geometry = made.part, .shell = made.shell, .zero = &settings->zero};
     settings->start_face = made.shell.start_face;
+    if (request->courses.base && check_courses(request, &made.part, problem) != API_OK)
+        return problem->id;
     const struct drape_part *g = &part->geometry;
     if (g->surface) {
         struct vec3 centroid;

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "request.h"
 
+#include "course_search.h"
 #include "study.h"
 
 #include "api/json/text.h"
+#include "api/laminate/courses.h"
 #include "api/request/digest.h"
 #include "api/request/members.h"
 #include "api/request/normalise.h"
@@ -18,6 +20,7 @@ enum {
     STARTS_MAX = 1000000000,
     BUDGET = 500,
     BUDGET_CUTS = 200,
+    BUDGET_COURSES = 500,
     BUDGET_MIN = 20,
     BUDGET_MAX = 1000000
 };
@@ -46,7 +49,8 @@ static bool is_drawn(const struct study_request *r) {
 
 static double count_variants(const struct study_request *r) {
     double starts = r->starts == STUDY_STARTS_KEPT ? 1 : (double)r->start_count;
-    return r->search == STUDY_SEARCH_OPTIMISE || r->splits > 0 ? (double)r->budget
+    bool searched = r->search == STUDY_SEARCH_OPTIMISE || r->splits > 0 || r->courses.base;
+    return searched ? (double)r->budget
            : r->sample > 0
                ? (double)r->sample
                : starts * fmax((double)r->angle.count, 1) * fmax((double)r->pre_shear.count, 1);
@@ -186,9 +190,73 @@ static void decode_proposed_cuts(const struct json_value *json, struct study_req
                     r->drape.settings.cut_count, API_CUTS_MAX);
 }
 
+/* {"from", "to"} and, of a distance, "points"; those of widths may be a list. */
+static void decode_span(const struct json_value *json, bool points, struct value_range range,
+                        struct study_span *span) {
+    static const char *const keys[] = {"from", "to", "points", NULL};
+    struct json_value from = value_member(json, keys[0]), to = value_member(json, keys[1]);
+    struct json_value count = value_member(json, keys[2]);
+    int number = 1;
+    if (!value_given(json) || !value_object(json, keys) ||
+        !value_number(&from, range, &span->from) || !value_number(&to, range, &span->to))
+        return;
+    if (span->to < span->from)
+        value_fault(&to, "must not be less than \"from\"");
+    else if (value_given(&count) && !points)
+        value_fault(&count, "must be left out: a course has one");
+    else if (!value_given(&count) || value_integer(&count, 1, COURSES_VALUES_MAX, &number))
+        span->points = (size_t)number;
+}
+
+/* What is varied of the study's courses. */
+static void decode_varied_courses(const struct json_value *json, struct study_request *r) {
+    static const char *const keys[] = {"count", "first_offset", "offsets", "origin", "width", NULL};
+    static const struct value_range shares = {0, 1, false};
+    struct json_value count = value_member(json, "count"), width = value_member(json, "width");
+    struct json_value first = value_member(json, "first_offset");
+    struct json_value offsets = value_member(json, "offsets");
+    struct json_value origin = value_member(json, "origin");
+    struct study_courses *c = &r->courses;
+    const struct courses_settings *lay = &c->base->lay;
+    int number = 1;
+    c->count = 1;
+    if (!value_object(json, keys))
+        return;
+    if (value_given(&count) && value_integer(&count, 1, STUDY_COURSES_MAX, &number))
+        c->count = (size_t)number;
+    decode_span(&first, true, decode_coordinates, &c->first);
+    decode_span(&offsets, true, decode_coordinates, &c->gap);
+    decode_span(&origin, false, shares, &c->origin);
+    if (value_type(&width) != VALUE_ARRAY)
+        decode_span(&width, false, decode_lengths, &c->width);
+    else if (value_numbers(&width, decode_lengths, 1, &c->widths, &c->width_count))
+        c->width = (struct study_span){.points = 1};
+    size_t unknowns = course_plan_unknowns(c);
+    double narrow = c->width.points && !c->widths ? c->width.from : HUGE_VAL;
+    for (size_t k = 0; k < c->width_count; k++)
+        narrow = fmin(narrow, c->widths[k]);
+    for (size_t k = 0; !c->width.points && k < lay->width_count; k++)
+        narrow = fmin(narrow, lay->widths[k]);
+    if (lay->width_count > STUDY_COURSES_MAX || lay->gap_count >= STUDY_COURSES_MAX ||
+        lay->origin_count > STUDY_COURSES_MAX)
+        value_fault(json, "need \"courses\" of which at most %d have values of their own",
+                    STUDY_COURSES_MAX);
+    if (unknowns == 0)
+        value_fault(json, "has nothing to vary: give first_offset, offsets, origin or width");
+    if (unknowns > API_STUDY_UNKNOWNS)
+        value_fault(json,
+                    "has %zu values to vary, and %d are allowed: take a smaller count, or "
+                    "fewer points",
+                    unknowns, API_STUDY_UNKNOWNS);
+    if (c->gap.points && -c->gap.from >= narrow) {
+        struct json_value from = value_member(&offsets, "from");
+        value_fault(&from, "lets a course overlap its neighbour by its whole width, %g", narrow);
+    }
+}
+
 static void decode_vary(const struct json_value *root, struct study_request *r) {
-    static const char *const keys[] = {"start",    "angle_deg", "pre_shear_deg",
-                                       "steering", "splits",    NULL};
+    static const char *const keys[] = {
+        "start", "angle_deg", "pre_shear_deg", "steering", "splits", "courses", NULL};
     static const char *const names[] = {"warp", "weft"};
     struct json_value drape = value_member(root, "drape"), vary = value_member(root, "vary");
     struct json_value generators = value_member(&drape, "generators");
@@ -199,11 +267,22 @@ static void decode_vary(const struct json_value *root, struct study_request *r) 
     if (!value_object(&vary, keys))
         return;
     struct json_value steering = value_member(&vary, "steering");
+    struct json_value courses = value_member(&vary, "courses");
+    struct json_value base = value_member(root, "courses");
+    bool alone = value_given(&courses) && !value_given(&splits);
     bool other = value_given(&start) || value_given(&angle) || value_given(&pre_shear) ||
                  value_given(&steering);
-    if (!other && !value_given(&splits))
+    if (!other && !value_given(&splits) && !value_given(&courses))
         value_fault(&vary, "has nothing to vary: give start, angle_deg, pre_shear_deg, "
-                           "steering or splits");
+                           "steering, splits or courses");
+    if (value_given(&courses) != value_given(&base))
+        value_fault(value_given(&base) ? &courses : &base,
+                    value_given(&base) ? "is required with \"courses\", of which it varies some"
+                                       : "is required with \"vary.courses\": the courses of a ply");
+    if (value_given(&courses) && (other || !alone))
+        value_fault(&courses, "must be alone: courses have no start and direction of their own");
+    else if (r->courses.base)
+        decode_varied_courses(&courses, r);
     if (other && value_given(&splits))
         value_fault(&splits,
                     "must be alone: cuts are proposed for one start and direction, which a "
@@ -255,12 +334,27 @@ static void want_few_cuts(struct study_request *r) {
         *cover = (struct study_limit){.has_min = true, .min = DRAPE_COMPLETE_COVERAGE};
 }
 
+/* What a search for courses is to reach where the study does not say: nothing stays bare but gaps
+ * between courses. */
+static void want_whole_courses(struct study_request *r) {
+    static const enum quantity_id covers[] = {QUANTITY_CLOTH_COVERAGE, QUANTITY_LAID_COVERAGE,
+                                              QUANTITY_UNCOVERED_AREA};
+    bool wished = r->objective[QUANTITY_UNCOVERED_AREA];
+    for (size_t k = 0; k < sizeof covers / sizeof *covers; k++)
+        wished = wished || r->limit[covers[k]].has_min || r->limit[covers[k]].has_max;
+    if (!wished)
+        r->limit[QUANTITY_LAID_COVERAGE] =
+            (struct study_limit){.has_min = true, .min = DRAPE_COMPLETE_COVERAGE};
+}
+
 static void decode_wishes(const struct json_value *root, struct study_request *r) {
     static const char *const ends[] = {"min", "max", NULL};
     struct json_value list = value_member(root, "objectives");
     struct json_value limits = value_member(root, "limits");
     struct json_value wanted = value_member(root, "wanted_direction");
     struct json_value sample = value_member(root, "sample");
+    struct json_value norm = value_member(root, "deviation_norm");
+    static const struct value_range norms = {1, 64, false};
     const char *names[QUANTITY_COUNT], *keys[QUANTITY_COUNT + 1] = {NULL};
     size_t count = 0;
     double v[3];
@@ -300,10 +394,18 @@ static void decode_wishes(const struct json_value *root, struct study_request *r
     }
     if (r->splits > 0)
         want_few_cuts(r);
+    if (r->courses.base)
+        want_whole_courses(r);
+    if (r->courses.base && objectives > 1)
+        value_fault(&list, "must have one alone with \"courses\", which are searched for one");
+    r->exponent = 1;
+    if (value_given(&norm))
+        value_number(&norm, norms, &r->exponent);
     if (value_given(&wanted) && value_vector(&wanted, decode_coordinates, 3, v)) {
         r->wanted = vec3_make(v[0], v[1], v[2]);
         if (vec3_norm(r->wanted) < decode_lengths.low)
             value_fault(&wanted, "must be longer than %g", decode_lengths.low);
+        r->courses.wanted = r->wanted;
     }
 }
 
@@ -318,6 +420,20 @@ static void check_needs(const struct json_value *root, const struct study_reques
     struct json_value permeability = value_member(&drape, "permeability");
     struct json_value wanted = value_member(root, "wanted_direction");
     bool range = study_judges(r, QUANTITY_FRACTION_RANGE);
+    /* Which are known of courses, and which of them alone. */
+    static const enum quantity_id others[] = {QUANTITY_P95_SHEAR,     QUANTITY_LOCKED_AREA,
+                                              QUANTITY_SEVERITY_AREA, QUANTITY_FRACTION_RANGE,
+                                              QUANTITY_K1_RATIO,      QUANTITY_CUT_LENGTH};
+    static const enum quantity_id of_courses[] = {QUANTITY_ANGLE_DEVIATION_MAX, QUANTITY_GAP_WIDTH,
+                                                  QUANTITY_LAID_COVERAGE};
+    struct json_value courses = value_member(root, "courses");
+    for (size_t k = 0; r->courses.base && k < sizeof others / sizeof *others; k++)
+        if (study_judges(r, others[k]))
+            value_fault(&courses, "must be left out for %s, which is not known of courses",
+                        quantities[others[k]].name);
+    for (size_t k = 0; !r->courses.base && k < sizeof of_courses / sizeof *of_courses; k++)
+        if (study_judges(r, of_courses[k]))
+            value_fault(&courses, "is required for %s", quantities[of_courses[k]].name);
     const struct {
         bool missing;
         const struct json_value *json;
@@ -329,6 +445,8 @@ static void check_needs(const struct json_value *root, const struct study_reques
          QUANTITY_SEVERITY_AREA},
         {study_judges(r, QUANTITY_ANGLE_DEVIATION) && !value_given(&wanted), &wanted,
          QUANTITY_ANGLE_DEVIATION},
+        {study_judges(r, QUANTITY_ANGLE_DEVIATION_MAX) && !value_given(&wanted), &wanted,
+         QUANTITY_ANGLE_DEVIATION_MAX},
         {range && !(r->drape.fabric.fiber_volume_fraction > 0), &fraction, QUANTITY_FRACTION_RANGE},
         {range && !(r->drape.fabric.thickness > 0), &thickness, QUANTITY_FRACTION_RANGE},
         {study_judges(r, QUANTITY_K1_RATIO) && r->drape.permeability.model == API_PERMEABILITY_NONE,
@@ -368,8 +486,11 @@ static void decode_sample(const struct json_value *root, const struct api_limits
         value_fault(&search, "must not be \"optimise\" with \"sample\"");
     /* Before any memory is taken for the variants. A budget holds for whatever makes them. */
     double variants = count_variants(r);
-    if (r->splits > 0 && (optimise || value_given(&sample)))
-        value_fault(optimise ? &search : &sample, "must be left out with \"splits\"");
+    if ((r->splits > 0 || r->courses.base) && (optimise || value_given(&sample)))
+        value_fault(optimise ? &search : &sample, "must be left out with \"%s\"",
+                    r->splits > 0 ? "splits" : "courses");
+    if (r->courses.base && r->budget < COURSE_SEARCH_LEAST)
+        value_fault(&budget, "must be at least %d with \"courses\"", COURSE_SEARCH_LEAST);
     if (value_given(&budget) && variants > (double)r->budget)
         value_fault(&budget,
                     "must be at least the %.6g variants that \"%s\" makes, or be given with "
@@ -383,11 +504,30 @@ static void decode_sample(const struct json_value *root, const struct api_limits
                     optimise || r->sample ? "" : ": take fewer starts or longer steps");
 }
 
+static void decode_courses_of_study(const struct json_value *root, const struct api_request *drape,
+                                    struct study_courses *courses) {
+    struct json_value json = value_member(root, "courses"), ply = value_member(root, "drape");
+    struct json_value wanted = value_member(&json, "wanted_direction");
+    struct json_value offset = value_member(&ply, "offset");
+    struct json_value stagger = value_member(&json, "stagger");
+    if (!value_given(&json))
+        return;
+    if (value_given(&wanted))
+        value_fault(&wanted, "must be left out: it is that of the study");
+    if (value_given(&stagger))
+        value_fault(&stagger, "must be left out: a study has one ply");
+    if (drape->offset != 0)
+        value_fault(&offset, "must be left out beside \"courses\"");
+    if (value_type(&ply) == VALUE_OBJECT && root->tree->problem->id == API_OK)
+        courses->base = courses_decode(&json, &ply, drape);
+}
+
 enum api_problem_id study_decode(const struct api_input *input, const struct api_limits *limits,
                                  struct arena *arena, struct study_request *request,
                                  struct api_problem *problem) {
-    static const char *const keys[] = {"drape",  "vary",   "objectives",       "limits", "search",
-                                       "budget", "sample", "wanted_direction", "seed",   NULL};
+    static const char *const keys[] = {"drape",  "vary",    "objectives",     "limits",
+                                       "search", "budget",  "sample",         "wanted_direction",
+                                       "seed",   "courses", "deviation_norm", NULL};
     struct json_tree tree;
     int index = 0, number;
     *request = (struct study_request){.search = STUDY_SEARCH_GRID};
@@ -399,8 +539,11 @@ enum api_problem_id study_decode(const struct api_input *input, const struct api
     struct json_value budget = value_member(&root, "budget");
     if (value_object(&root, keys)) {
         decode_drape(&drape, input, limits, &request->drape);
+        decode_courses_of_study(&root, &request->drape, &request->courses);
         decode_vary(&root, request);
-        number = request->splits > 0 ? BUDGET_CUTS : BUDGET;
+        number = request->courses.base ? BUDGET_COURSES
+                 : request->splits > 0 ? BUDGET_CUTS
+                                       : BUDGET;
         decode_wishes(&root, request);
         check_needs(&root, request);
         if (value_given(&search))
@@ -465,6 +608,31 @@ static void write_starts(struct api_text *text, const struct study_request *r) {
     api_text_raw(text, "}");
 }
 
+static void write_span(struct api_text *text, const char *key, const struct study_span *span,
+                       bool points) {
+    if (span->points == 0)
+        return;
+    api_text_key_object(text, key);
+    api_text_key_number(text, "from", span->from);
+    api_text_key_number(text, "to", span->to);
+    if (points)
+        api_text_key_integer(text, "points", (int64_t)span->points);
+    api_text_raw(text, "}");
+}
+
+static void write_varied_courses(struct api_text *text, const struct study_courses *c) {
+    api_text_key_object(text, "courses");
+    api_text_key_integer(text, "count", (int64_t)c->count);
+    write_span(text, "first_offset", &c->first, true);
+    write_span(text, "offsets", &c->gap, true);
+    write_span(text, "origin", &c->origin, false);
+    if (c->widths)
+        api_text_key_numbers(text, "width", c->widths, c->width_count);
+    else
+        write_span(text, "width", &c->width, false);
+    api_text_raw(text, "}");
+}
+
 /* The study with `drape`, a JSON value, for its drape. */
 static const char *write_study(const struct study_request *r, const char *drape,
                                struct arena *arena) {
@@ -485,7 +653,11 @@ static const char *write_study(const struct study_request *r, const char *drape,
         api_text_key_integer(&text, "proposed", (int64_t)r->splits);
         api_text_raw(&text, "}");
     }
+    if (r->courses.base)
+        write_varied_courses(&text, &r->courses);
     api_text_raw(&text, "}");
+    if (r->courses.base)
+        courses_normalise(&text, r->courses.base);
     bool first = true;
     api_text_key(&text, "objectives");
     api_text_raw(&text, "[");
@@ -512,13 +684,15 @@ static const char *write_study(const struct study_request *r, const char *drape,
     api_text_raw(&text, "}");
     if (vec3_norm2(r->wanted) > 0)
         api_text_key_numbers(&text, "wanted_direction", &r->wanted.x, 3);
+    if (r->exponent > 1)
+        api_text_key_number(&text, "deviation_norm", r->exponent);
     if (r->sample > 0) {
         api_text_key_integer(&text, "sample", (int64_t)r->sample);
         api_text_key_integer(&text, "seed", r->seed);
     } else {
         api_text_key_string(&text, "search", study_search_names[r->search]);
     }
-    if (r->search == STUDY_SEARCH_OPTIMISE || r->splits > 0)
+    if (r->search == STUDY_SEARCH_OPTIMISE || r->splits > 0 || r->courses.base)
         api_text_key_integer(&text, "budget", (int64_t)r->budget);
     api_text_raw(&text, "}");
     return api_text_finish(&text);

@@ -8,6 +8,7 @@
 #include "api/problem.h"
 #include "api/request/request.h"
 #include "api/result/quantity.h"
+#include "course_plan.h"
 #include "solver/arena.h"
 #include <stdbool.h>
 #include <stddef.h>
@@ -55,11 +56,13 @@ struct study_request {
     int steering;  /* points a side of the generators that each variant seeks; 0: it has the drape's
                     */
     size_t splits; /* cuts that may be proposed; 0: none are */
+    struct study_courses courses; /* laid in place of the drape, where it has a base */
     bool objective[QUANTITY_COUNT];
     struct study_limit limit[QUANTITY_COUNT];
     enum study_search search;
     size_t budget;      /* variants that an optimisation may look at */
     struct vec3 wanted; /* zero: not given */
+    double exponent;    /* p of the mean angle from there, 1 to 64 */
     size_t sample;      /* variants to be drawn; 0: none is */
     uint32_t seed;
 };

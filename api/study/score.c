@@ -11,6 +11,7 @@ double study_range(const struct api_study *study, enum quantity_id id, double va
     case QUANTITY_WASTE_AREA:
         return study->part.area;
     case QUANTITY_CUT_LENGTH:
+    case QUANTITY_GAP_WIDTH:
         return sqrt(study->part.area);
     case QUANTITY_FRACTION_RANGE:
     case QUANTITY_K1_RATIO:

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "study.h"
 
+#include "course_search.h"
 #include "cut_search.h"
 #include "rounds.h"
 #include "sample.h"
@@ -98,6 +99,8 @@ static enum api_problem_id prepare_study(struct api_study *study, const struct a
         return api_problem_add(problem, "/drape/surface/id", "no surface is stored under this id");
     if (study_part_make(&study->request, limits, study->arena, &study->part, problem) != API_OK)
         return problem->id;
+    if (study->request.courses.base)
+        return API_OK;
     bool optimise = study->request.search == STUDY_SEARCH_OPTIMISE;
     if (study_find_k1(study) != STATUS_OK || (optimise && obvious_make(study) != STATUS_OK) ||
         find_starts(study) != STATUS_OK)
@@ -148,6 +151,10 @@ struct api_study *api_study_open(const struct api_input *input, const struct api
 void api_study_close(struct api_study *study) {
     if (study)
         arena_free(study->arena);
+}
+
+bool api_study_lays_courses(const struct api_study *study) {
+    return study->request.courses.base != NULL;
 }
 
 /* Everything that `api_study_open` does but the starts, of which there may be many. */
@@ -218,8 +225,10 @@ enum api_problem_id api_study_run_task(const struct api_study *study,
                                              [STUDY_TASK_SAMPLE] = sample_variant};
     struct variant_watch watch = {monitor, 0};
     const struct drape_monitor drapes = {watch_variant, &watch};
+    const struct study_courses *courses = &study->request.courses;
     const struct task_run run = {study, task, monitor ? &drapes : NULL, arena, sink};
-    if (!task_is_sound(task))
+    if (!task_is_sound(task) || (task->kind == STUDY_TASK_COURSES) != (courses->base != NULL) ||
+        (courses->base && (size_t)task->first != course_plan_unknowns(courses)))
         return api_problem_set(problem, API_INTERNAL, "this is not a task of a study");
     for (size_t k = 0; problem->id == API_OK && k < (size_t)task->variants; k++) {
         struct arena_mark mark = arena_mark(arena);
@@ -227,6 +236,9 @@ enum api_problem_id api_study_run_task(const struct api_study *study,
         struct study_row row;
         if (task->kind == STUDY_TASK_LIST)
             variant = task_variant(study, task, k);
+        else if (task->kind == STUDY_TASK_COURSES)
+            variant =
+                (struct study_variant){.coarseness = task->coarseness, .unknowns = task->courses};
         else if (task->kind != STUDY_TASK_CUTS)
             variant = numbered[task->kind](study, (size_t)task->first + k);
         else if (cut_search_lay(study, (const struct study_cut *)(const void *)task->cuts,
@@ -270,6 +282,8 @@ enum api_problem_id api_study_plan(const struct api_study *study,
         return sample_plan(study, count, arena, plan, problem);
     if (study->request.splits > 0)
         return cut_search_plan(study, rows, count, arena, plan, problem);
+    if (study->request.courses.base)
+        return course_search_plan(study, rows, count, arena, plan, problem);
     bool optimise = study->request.search == STUDY_SEARCH_OPTIMISE;
     return (optimise ? optimise_plan : grid_plan)(study, rows, count, arena, plan, problem);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Studies: many drapes of one part that differ in start, direction and pre-shear, or in their cuts,
- * and of each a few numbers instead of a result.
+ * Studies: many drapes of one part that differ in start, direction and pre-shear, in their cuts or
+ * in the courses of a ply, and of each a few numbers instead of a result.
  *
  * A study proceeds in rounds. A round has tasks that do not depend on each other, each of about
  * 0.1 s at the most unless one drape takes longer; a task gives numbers. What the tasks of a round
@@ -61,21 +61,28 @@ void api_study_close(struct api_study *study);
 
 /* One piece of work, to be stored and sent as these bytes: without padding, and little-endian on
  * all machines that the service runs on. */
-enum { API_STUDY_CRASHES = 4, API_STUDY_LISTED = 7, API_STUDY_CUTS = 8 };
+enum {
+    API_STUDY_CRASHES = 4,
+    API_STUDY_LISTED = 7,
+    API_STUDY_CUTS = 8,
+    API_STUDY_UNKNOWNS = 56 /* of courses */
+};
 struct api_study_task {
     int32_t kind;        /* `enum study_task_kind` */
     int32_t variants;    /* that it looks at, at the most */
     int32_t round;       /* counted from 0 */
     int32_t crash_count; /* of the variants that crashed the process, by their number in the task */
     int32_t crashed[API_STUDY_CRASHES];
-    int64_t first; /* of numbered variants: the number of the first; of one with cuts: how many */
+    int64_t first; /* of numbered variants: the number of the first; of one with cuts, or courses:
+                      how many cuts, or unknowns */
     double coarseness; /* of listed ones */
     union {
         struct api_study_listed {
             double start[3]; /* the face and its parameters u and v; on a mesh x, y and z */
             double angle_deg, pre_shear_deg;
         } listed[API_STUDY_LISTED];
-        double cuts[API_STUDY_CUTS][6]; /* mouth and tip of each */
+        double cuts[API_STUDY_CUTS][6];     /* mouth and tip of each */
+        double courses[API_STUDY_UNKNOWNS]; /* as `course_plan.h` has them */
     };
 };
 
@@ -134,8 +141,12 @@ enum api_problem_id api_study_finish(const struct api_study *study,
                                      struct arena *arena, const struct api_sink *sink,
                                      struct api_problem *problem) STATUS_MUST_USE;
 
-/* Writes the drape request of variant k of a finished study: with the same numbers in its summary,
- * to the last bit; `arena` is for what goes on meanwhile. API_NOT_FOUND beyond the last. */
+/* Whether its variants are laminates, of one ply that is laid in courses, and no drapes. */
+bool api_study_lays_courses(const struct api_study *study);
+
+/* Writes the request of variant k of a finished study, of a drape or a laminate: with the same
+ * numbers in its summary, to the last bit; `arena` is for what goes on meanwhile. API_NOT_FOUND
+ * beyond the last. */
 enum api_problem_id api_study_variant_request(const struct api_study *study,
                                               const struct api_reader *result, size_t k,
                                               struct arena *arena, const struct api_sink *sink,

@@ -95,6 +95,9 @@ bool task_is_sound(const struct api_study_task *task) {
     bool listed = task->kind == STUDY_TASK_LIST;
     if (task->kind == STUDY_TASK_CUTS && !(task->variants == 1 && task->first <= API_STUDY_CUTS))
         return false;
+    if (task->kind == STUDY_TASK_COURSES &&
+        !(task->variants == 1 && task->first <= API_STUDY_UNKNOWNS && task->coarseness >= 1))
+        return false;
     return task->kind >= 0 && task->kind < STUDY_TASK_KINDS && task->first >= 0 &&
            task->variants >= 0 && task->variants <= (listed ? API_STUDY_LISTED : VARIANTS_MOST) &&
            task->crash_count >= 0 && task->crash_count <= API_STUDY_CRASHES;
@@ -158,8 +161,12 @@ enum api_problem_id task_drape(const struct task_run *run, size_t k,
     study_row_store(row, numbers);
     if (task_send(run, numbers, STUDY_ROW_NUMBERS, problem) != API_OK)
         return problem->id;
-    if (task_send(run, row->most, run->study->divisions, problem) != API_OK ||
-        run->study->request.splits == 0)
+    if (task_send(run, row->most, run->study->divisions, problem) != API_OK)
+        return problem->id;
+    const struct study_request *r = &run->study->request;
+    if (r->courses.base)
+        return task_send(run, row->variant.unknowns, course_plan_unknowns(&r->courses), problem);
+    if (r->splits == 0)
         return problem->id;
     study_row_store_cuts(row, cuts);
     return task_send(run, cuts, STUDY_CUT_NUMBERS, problem);

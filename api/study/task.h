@@ -12,6 +12,7 @@ enum study_task_kind {
     STUDY_TASK_SAMPLE,   /* `sample_variant` */
     STUDY_TASK_LIST,     /* `task_variant` */
     STUDY_TASK_CUTS,     /* one, with cuts */
+    STUDY_TASK_COURSES,  /* one, of courses */
     STUDY_TASK_KINDS
 };
 

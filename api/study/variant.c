@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "variant.h"
 
+#include "course_search.h"
+
 #include "api/result/fields.h"
 #include "api/result/shear_limit.h"
 #include "api/result/verdict.h"
@@ -51,8 +53,10 @@ static bool is_whole_below(double x, double most) {
 }
 
 static size_t study_row_stride(const struct api_study *study) {
-    size_t cuts = study->request.splits ? STUDY_CUT_NUMBERS : 0;
-    return STUDY_ROW_NUMBERS + study->divisions + cuts + study->field_numbers;
+    const struct study_request *r = &study->request;
+    size_t cuts = r->splits ? STUDY_CUT_NUMBERS : 0;
+    size_t unknowns = r->courses.base ? course_plan_unknowns(&r->courses) : 0;
+    return STUDY_ROW_NUMBERS + study->divisions + cuts + unknowns + study->field_numbers;
 }
 
 enum api_problem_id study_rows(const struct api_study *study,
@@ -90,6 +94,7 @@ enum api_problem_id study_rows(const struct api_study *study,
         memcpy(made[k].quantity, n + STUDY_ROW_NUMBERS - QUANTITY_COUNT, sizeof made[k].quantity);
         memcpy(made[k].most, n + STUDY_ROW_NUMBERS, divisions * sizeof *n);
         const double *cuts = n + STUDY_ROW_NUMBERS + divisions;
+        made[k].variant.unknowns = study->request.courses.base ? cuts : NULL;
         if (!study->request.splits)
             continue;
         made[k].variant.cuts = read_ends(cuts, &made[k].variant.cut_count);
@@ -267,8 +272,10 @@ static enum status find_ridges(const struct api_study *study, const struct drape
 enum status study_variant_drape(const struct api_study *study, const struct study_variant *variant,
                                 const struct drape_monitor *monitor, struct arena *arena,
                                 struct study_ridge ridges[API_STUDY_CUTS], struct study_row *row) {
-    struct drape_statistics statistics = {
-        .wanted = study->request.wanted, .middle = study->middle, .divisions = study->divisions};
+    struct drape_statistics statistics = {.wanted = study->request.wanted,
+                                          .exponent = study->request.exponent,
+                                          .middle = study->middle,
+                                          .divisions = study->divisions};
     struct drape_settings settings = study_variant_settings(study, variant);
     struct drape_result result = {0};
     *row = (struct study_row){.variant = *variant, .failure = variant->failure};
@@ -277,6 +284,12 @@ enum status study_variant_drape(const struct api_study *study, const struct stud
     if (variant->failure != FAILURE_NONE)
         return STATUS_OK;
     struct arena_mark mark = arena_mark(arena);
+    if (study->request.courses.base) {
+        enum status laid = course_search_lay(study, monitor, arena, row);
+        arena_rewind(arena, mark);
+        row->failure = failures[laid];
+        return laid == STATUS_CANCELLED ? laid : STATUS_OK;
+    }
     settings.statistics = &statistics;
     enum status status = drape_solve(&study->part.geometry, &settings, monitor, arena, &result);
     bool bare = status == STATUS_OK && result.cells.count == 0;

@@ -13,6 +13,7 @@ struct study_variant {
     enum failure failure; /* it is not draped, for this reason; FAILURE_NONE: it is */
     const struct study_cut *cuts;
     size_t cut_count;
+    const double *unknowns; /* of its courses, as many as the study has; NULL: it has none */
     const struct drape_cut_line *lines; /* those of the study's drape, then `cuts`; NULL: none of
                                            its own */
 };

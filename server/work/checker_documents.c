@@ -70,6 +70,10 @@ enum api_problem_id checker_task_variant(const struct checker_task *task,
     struct api_study *study = arena ? api_study_open(&input, &order->limits, problem) : NULL;
     if (!arena)
         api_problem_set(problem, API_OUT_OF_MEMORY, "there is no memory for the variant");
+    else if (study && order->kind != CHECKER_VARIANT && api_study_lays_courses(study))
+        api_problem_set(problem, API_NOT_ACCEPTABLE,
+                        "a variant of courses is a laminate and no drape: post the request of the "
+                        "variant to /v1/laminates");
     else if (study)
         (void)!api_study_variant_request(study, &reader, (size_t)order->variant, arena, sink,
                                          problem);

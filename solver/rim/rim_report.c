@@ -5,6 +5,7 @@
 #include "rim_lips.h"
 #include "solver/angle.h"
 #include "solver/fishnet/slide_formulas.h"
+#include "solver/power.h"
 #include "solver/team.h"
 #include "statistics.h"
 
@@ -95,7 +96,7 @@ struct sums {
     struct most side[2];    /* of positive and of negative shear */
     double flat;            /* area of the unsheared cloth */
     double grown;           /* sheared area of what is grown */
-    double turned;          /* area times its angle between warp and the direction wanted */
+    double turned;          /* area times a power of its angle between warp and that wanted */
 };
 
 /* No more of the many bins is touched than there is shear. */
@@ -164,7 +165,9 @@ static void add_turned(const struct gathering *g, struct sums *sums, double area
     struct vec3 wanted = g->statistics->wanted, normal = vec3_unit(vec3_cross(warp, weft));
     struct vec3 along = vec3_axpy(-vec3_dot(wanted, normal), normal, wanted);
     double sine = vec3_norm(vec3_cross(along, warp)), cosine = fabs(vec3_dot(along, warp));
-    sums->turned += area * (sine + cosine > 0 ? angle_atan2_deg(sine, cosine) : 45);
+    double angle = sine + cosine > 0 ? angle_atan2_deg(sine, cosine) : 45;
+    double exponent = fmax(g->statistics->exponent, 1);
+    sums->turned += area * (exponent > 1 ? power_of(angle, exponent) : angle);
 }
 
 /* ---- whole cells ---- */
@@ -468,6 +471,8 @@ static void fill_statistics(const struct gathering *g, struct drape_statistics *
     list_spread(&g->sums->spread, d[0] * d[1], statistics->area);
     list_spread(&g->sums->negative, d[0] * d[1], statistics->negative);
     statistics->wanted_deg = g->sums->spread.area > 0 ? g->sums->turned / g->sums->spread.area : 0;
+    if (statistics->exponent > 1)
+        statistics->wanted_deg = power_of(statistics->wanted_deg, 1 / statistics->exponent);
     /* The box round the pattern. A surface without a rim is cut where the net meets itself. */
     const int32_t *range[2] = {g->result->warp_range, g->result->weft_range};
     for (int k = 0; k < 2; k++) {

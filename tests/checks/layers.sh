@@ -32,7 +32,7 @@ api/format             api|api/json|api/request|api/result|solver
 api/files              api|api/json|api/request|api/map|solver
 api/map                api|api/json|api/request|api/result|api/format|solver|solver/surface|solver/mesh
 api/laminate           api|api/json|api/request|api/result|api/format|api/map|solver|solver/surface|solver/mesh|solver/net|solver/shell
-api/study              api|api/json|api/map|api/request|api/result|solver|solver/surface|solver/mesh
+api/study              api|api/json|api/laminate|api/map|api/request|api/result|solver|solver/surface|solver/mesh
 cli                    api|api/[a-z]*
 library                api|api/[a-z]*
 import                 api|api/[a-z]*|cli|solver/surface|server/work

@@ -83,7 +83,7 @@ static void test_study_refuses_by_pointer(void **state) {
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++)
         check_refused(cases[k][0], cases[k][1]);
     check_refused_by("\"vary\":{\"angle_deg\":[0]},\"objectives\":[\"beauty\"]", "/objectives/0",
-                     " or \"cut_length\"");
+                     " \"cut_length\", \"angle_deviation_max_deg\" or \"gap_width\"");
 }
 
 static void check_drape_refused(const char *drape, const char *rest, const char *pointer) {

@@ -74,12 +74,14 @@ export const requests = {
     drape: z.looseObject(drape).describe('As of the tool drape'),
     vary: loose(
       '{"start": {"grid": n}, "angle_deg": {"from","to","step"}, "pre_shear_deg": ...}, ' +
-        'or {"splits": "proposed"}: where cuts are best',
+        'or {"splits": "proposed"}: where cuts are best, or {"courses": {"first_offset": {"from","to"}, ' +
+        '"offsets": {"from","to"}, "width": [..]}} of the member courses',
     ),
     objectives: z
       .array(z.string())
       .describe('max_shear_deg, p95_shear_deg, locked_area, uncovered_area, waste_area, ...'),
     limits: loose('As {"max_shear_deg": {"max": 40}}').optional(),
+    courses: loose('With vary.courses: those of a ply, {"width", "along", ..}').optional(),
     search: z.enum(['grid', 'optimise']).optional().describe('grid without it'),
     budget: z.int().optional().describe('The most variants, 20 or more'),
   }),
