@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* What of the store needs no database: cursors, the cache of chunks, the comparison of clocks. */
+/* What of the store needs no database: cursors, the cache of chunks, the comparison of clocks, and
+ * seals. */
 #include "server/store/cache.h"
 #include "server/store/clock_check.h"
 #include "server/store/cursor.h"
+#include "server/store/seal.h"
 #include "tests/check.h"
 #include <stdbool.h>
 #include <string.h>
@@ -159,6 +161,23 @@ static void test_clocks_that_part_have_jumped(void **state) {
     }
 }
 
+/* ------------------------------------------------------------------ seals */
+
+/* What is stored must be known for what it was by later versions: XXH3, each part's hash the seed
+ * of the next, by a program that called the library itself. */
+static void test_seals_stay_as_they_are(void **state) {
+    const struct seal_chunk chunk = {7, 11, 3, true};
+    char definition[] = "def", about[] = "about";
+    const struct store_item item = {
+        .id = "item", .definition = definition, .definition_length = 3, .description = about};
+    (void)state;
+    assert_true(seal_of_chunk(&chunk, "bytes", 5) == 4409371145879860111);
+    assert_true(seal_of_request("id", "bytes", 5) == 5686041697031069912);
+    assert_true(seal_of_numbers("id", "bytes", 5) == 5686041697031069912);
+    assert_true(seal_of_text("text") == 5145922347574273553);
+    assert_true(seal_of_item(&item) == 3852158523131370618);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_cursor_is_the_network_that_it_says),
@@ -166,6 +185,7 @@ int main(void) {
         cmocka_unit_test(test_cache_reads_parts_within_a_chunk),
         cmocka_unit_test(test_cache_keeps_what_was_used_last),
         cmocka_unit_test(test_clocks_that_part_have_jumped),
+        cmocka_unit_test(test_seals_stay_as_they_are),
     };
     return cmocka_run_group_tests_name("store parts", tests, NULL, NULL);
 }
