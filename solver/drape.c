@@ -67,6 +67,7 @@ static bool are_valid(const struct drape_settings *s) {
 struct drape_prepared {
     const struct mesh_smooth *smooth; /* of a mesh */
     const struct mesh *facets[2];     /* by the side that the first face of a shell then has */
+    const struct mesh *tube[2];
     double facet_size;
     int32_t component; /* 0 of a surface */
 };
@@ -119,11 +120,9 @@ enum status drape_prepare(const struct drape_part *whole, int32_t component,
         return STATUS_OUT_OF_MEMORY;
     if (part.mesh)
         return flat ? STATUS_OK : make_smooth(part.mesh, arena, &made->smooth);
-    if (!flat)
-        return STATUS_OK;
-    made->facet_size = facet_size(settings);
+    made->facet_size = flat ? facet_size(settings) : 0;
     if (part.surface)
-        return make_facets(part.surface, settings, arena, &made->facets[0]);
+        return flat ? make_facets(part.surface, settings, arena, &made->facets[0]) : STATUS_OK;
     made->component = component;
     /* Those of a component of a shell, for starts on faces that have their side as its first has,
      * and for the others. */
@@ -135,8 +134,10 @@ enum status drape_prepare(const struct drape_part *whole, int32_t component,
             continue;
         enum status status = shell_orient(part.shell, k, arena, &oriented);
         const struct surface *face = status == STATUS_OK ? shell_surface(oriented, k) : NULL;
-        if (face)
+        if (face && flat)
             status = make_facets(face, settings, arena, &made->facets[side_of(face)]);
+        if (face && status == STATUS_OK)
+            status = march_tube_mesh(face, arena, &made->tube[side_of(face)]);
         if (status != STATUS_OK || others)
             return status;
     }
@@ -256,15 +257,17 @@ static enum status begin(const struct drape_part *part, const struct shell_point
         at = by_uv ? NULL : at;
     }
     status = start_find(march->surface, trim, s, at ? at->inner : NULL, &march->start, faulty);
+    int32_t component =
+        march->surface->shell ? shell_component(march->surface->shell, march->surface->face) : 0;
+    const struct drape_prepared *ready = s->prepared;
+    ready = ready && ready->component == component ? ready : NULL;
+    march->tube = ready ? ready->tube[side_of(march->surface)] : NULL;
     if (status == STATUS_OK)
         status = march_open(march);
     if (status != STATUS_OK || !march->method->flat)
         return status;
     /* The march goes over triangles: those that are ready, or its own. */
-    const struct drape_prepared *ready = s->prepared;
-    int32_t component =
-        march->surface->shell ? shell_component(march->surface->shell, march->surface->face) : 0;
-    if (ready && ready->facet_size == facet_size(s) && ready->component == component)
+    if (ready && ready->facet_size == facet_size(s))
         march->mesh = ready->facets[side_of(march->surface)];
     if (!march->mesh)
         status = make_facets(march->surface, s, march->arena, &march->mesh);

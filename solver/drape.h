@@ -51,10 +51,11 @@ enum status drape_check_cuts(const struct drape_part *part, const struct drape_s
 
 /*
  * What many drapes of a part by one method share, in `arena`, for `settings->prepared`: the smooth
- * surface of a mesh; for the method mosaic the triangles of a surface, or of the component of a
- * shell. It may be used by many threads at once. Drapes of another spacing or component make their
- * own triangles. Errors: STATUS_OUT_OF_MEMORY, and as the drapes would have STATUS_TOO_MANY_NODES
- * and STATUS_DEGENERATE_SURFACE.
+ * surface of a mesh; of the component of a shell the coarse mesh by which a tube is cut open; for
+ * the method mosaic the triangles of a surface, or of that component. It may be used by many
+ * threads at once. Drapes of another spacing or component make their own triangles. Errors:
+ * STATUS_OUT_OF_MEMORY, and as the drapes would have STATUS_TOO_MANY_NODES and
+ * STATUS_DEGENERATE_SURFACE.
  */
 enum status drape_prepare(const struct drape_part *part, int32_t component,
                           const struct drape_settings *settings, struct arena *arena,

@@ -111,6 +111,7 @@ struct march {
     const struct surface *surface; /* of a shell the start's face; NULL on a mesh of the caller's */
     const struct trim *trim;       /* the usable region of a surface; NULL: all of it */
     const struct mesh *mesh;       /* the caller's, or for the method mosaic; else NULL */
+    const struct mesh *tube; /* `march_tube_mesh` of the surface; NULL: it is made where needed */
     const struct mesh_smooth *smooth; /* what a mesh of the caller's stands for; NULL for mosaic */
     const struct drape_settings *settings;
     const struct drape_method_traits *method; /* of the settings' method */
@@ -154,6 +155,11 @@ enum status march_run(struct march *march) STATUS_MUST_USE;
 /* Before that: cuts what is closed open opposite the start, or where trims leave it bare. Errors:
  * STATUS_OUT_OF_MEMORY. */
 enum status march_open(struct march *march) STATUS_MUST_USE;
+
+/* The mesh by which it does so for a shell that may be a tube, of which `surface` is a face; NULL:
+ * it is none, or cannot have one. Errors: STATUS_OUT_OF_MEMORY. */
+enum status march_tube_mesh(const struct surface *surface, struct arena *arena,
+                            const struct mesh **tube) STATUS_MUST_USE;
 
 /* The steps it consists of, in files of their own. */
 enum status march_generators(struct march *march) STATUS_MUST_USE;

@@ -295,24 +295,34 @@ static bool find_exact_pieces(struct cut_pieces *p, struct arena *arena) {
     return true;
 }
 
+static double side_of_squares(const struct surface *surface) {
+    const struct shell *shell = surface->shell;
+    return sqrt(shell_area(shell, shell_component(shell, surface->face), NULL) / squares);
+}
+
+enum status march_tube_mesh(const struct surface *surface, struct arena *arena,
+                            const struct mesh **tube) {
+    struct mesh *mesh = NULL;
+    enum status status = STATUS_OK;
+    if (shell_may_be_tube(surface->shell, surface->face))
+        status = mesh_from_shell(surface->shell, surface->face, side_of_squares(surface),
+                                 triangles_most, arena, &mesh);
+    *tube = status == STATUS_OK ? mesh : NULL;
+    return status == STATUS_OUT_OF_MEMORY ? status : STATUS_OK;
+}
+
 static enum status open_tube(struct march *march) {
     const struct surface *surface = march->surface;
     const struct shell *shell = surface->shell;
     const double *d = march->settings->spacing;
-    struct mesh *mesh;
+    const struct mesh *mesh = march->tube;
     struct mesh_point place;
     struct mesh_tube_cuts cuts;
     struct shell_slit *slit = NULL;
-    if (!shell_may_be_tube(shell, surface->face))
-        return STATUS_OK;
-    double size = sqrt(march_area(march) / squares);
-    enum status status =
-        mesh_from_shell(shell, surface->face, size, triangles_most, march->arena, &mesh);
-    if (status == STATUS_OUT_OF_MEMORY)
+    enum status status = mesh ? STATUS_OK : march_tube_mesh(surface, march->arena, &mesh);
+    if (!mesh || !mesh_nearest(mesh, march->start.point.jet.r, MESH_ANY, &place, NULL))
         return status;
-    if (status != STATUS_OK ||
-        !mesh_nearest(mesh, march->start.point.jet.r, MESH_ANY, &place, NULL))
-        return STATUS_OK;
+    double size = side_of_squares(surface);
     status = mesh_find_tube_cuts(mesh, &place, march->arena, &cuts);
     if (status != STATUS_OK || cuts.count == 0)
         return status;
