@@ -51,18 +51,40 @@ enum status curtain_make(const struct curtain_line *lines, size_t count, struct 
     return boxes_make(boxes, strips, arena, &curtain->boxes);
 }
 
-static bool note_strip(void *context, int32_t number) {
-    (void)number;
-    *(bool *)context = true;
-    return false;
+struct near {
+    const struct curtain *curtain;
+    struct vec3 r;
+    double reach;
+    bool found;
+};
+
+/* Whether the place is near a strip, upright between two posts: from the foot on the line between
+ * their middles by what remains of the way when its part along the height there is taken out. */
+static bool look_at_strip(void *context, int32_t number) {
+    struct near *near = context;
+    const struct vec3 *corners = near->curtain->corners + 2 * near->curtain->first[number];
+    struct vec3 middle[2], up[2];
+    for (int k = 0; k < 2; k++) {
+        middle[k] = vec3_scale(0.5, vec3_add(corners[2 * k], corners[2 * k + 1]));
+        up[k] = vec3_scale(0.5, vec3_sub(corners[2 * k + 1], corners[2 * k]));
+    }
+    struct vec3 along = vec3_sub(middle[1], middle[0]), from = vec3_sub(near->r, middle[0]);
+    double size2 = vec3_norm2(along), share = size2 > 0 ? vec3_dot(from, along) / size2 : 0;
+    share = fmin(fmax(share, 0), 1);
+    struct vec3 off = vec3_axpy(-share, along, from);
+    struct vec3 height = vec3_axpy(share, vec3_sub(up[1], up[0]), up[0]);
+    double height2 = vec3_norm2(height), part = height2 > 0 ? vec3_dot(off, height) / height2 : 0;
+    off = vec3_axpy(-fmin(fmax(part, -1), 1), height, off);
+    near->found = vec3_norm2(off) <= near->reach * near->reach;
+    return !near->found;
 }
 
 bool curtain_is_near(const struct curtain *curtain, struct vec3 r, double reach) {
     struct box box = box_round(r, r, reach);
-    bool near = false;
+    struct near near = {curtain, r, reach, false};
     if (boxes_overlap(&curtain->box, &box) && box_distance2(&curtain->box, r) <= reach * reach)
-        boxes_visit(curtain->boxes, &box, note_strip, &near);
-    return near;
+        boxes_visit(curtain->boxes, &box, look_at_strip, &near);
+    return near.found;
 }
 
 struct way {

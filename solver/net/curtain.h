@@ -34,7 +34,7 @@ struct curtain;
 enum status curtain_make(const struct curtain_line *lines, size_t count, struct arena *arena,
                          struct curtain **curtain) STATUS_MUST_USE;
 
-/* Whether a place may be within `reach` of the curtain. */
+/* Whether a place is within `reach` of the curtain, to what its strips bend. */
 bool curtain_is_near(const struct curtain *curtain, struct vec3 r, double reach);
 
 /* The end of a line, its last post, that is nearest to a place; there is one. */

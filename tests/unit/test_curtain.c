@@ -82,6 +82,15 @@ static void test_curtain_is_near_where_it_is(void **state) {
     assert_true(curtain_is_near(curtain, vec3_make(5, 1, 0), 1.1));
     assert_false(curtain_is_near(curtain, vec3_make(5, 9, 0), 2));
     assert_false(curtain_is_near(curtain, vec3_make(-9, 0, 0), 2));
+    /* by distance, whichever way it is turned: beyond its beginning, above it, beside a slant */
+    assert_true(curtain_is_near(curtain, vec3_make(-3, 4, 0), 5.001));
+    assert_false(curtain_is_near(curtain, vec3_make(-3, 4, 0), 4.999));
+    assert_true(curtain_is_near(curtain, vec3_make(5, 3, 6), 5.001));
+    assert_false(curtain_is_near(curtain, vec3_make(5, 3, 6), 4.999));
+    double slant = hypot(10, 6);
+    struct vec3 beside = {15 + 3 * 6 / slant, 3 - 3 * 10 / slant, 0};
+    assert_true(curtain_is_near(curtain, beside, 3.001));
+    assert_false(curtain_is_near(curtain, beside, 2.999));
     arena_free(arena);
 }
 
