@@ -305,14 +305,16 @@ static const double on_itself = 0.02;
 /* Whether a cut crosses itself, on the posts of its curtain. */
 static enum status find_own_crossing(const struct maker *m, const struct curtain_line *line,
                                      size_t own, struct cut_fault *fault) {
-    size_t count = line->count - 1; /* the first post is beyond the edge */
-    struct vec3 *points = arena_take(m->march->arena, count, sizeof *points), at;
+    double within = on_itself * m->spacing;
+    size_t count = 1;
+    struct vec3 *points = arena_take(m->march->arena, line->count, sizeof *points), at;
     if (!points)
         return STATUS_OUT_OF_MEMORY;
-    for (size_t k = 0; k < count; k++)
-        points[k] = line->posts[k + 1].r;
-    if (!laid_line_meets_itself(&(struct drape_cut_line){points, count}, on_itself * m->spacing,
-                                &at))
+    points[0] = line->posts[1].r;            /* the first post is beyond the edge */
+    for (size_t k = 2; k < line->count; k++) /* short steps, at joints, may go to and fro */
+        if (vec3_distance(line->posts[k].r, points[count - 1]) > within)
+            points[count++] = line->posts[k].r;
+    if (!laid_line_meets_itself(&(struct drape_cut_line){points, count}, within, &at))
         return STATUS_OK;
     *fault = (struct cut_fault){CUT_CROSSES_SELF, own, own, at};
     return STATUS_CUT;
