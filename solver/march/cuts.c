@@ -405,5 +405,9 @@ enum status cuts_make(struct march *march, struct cut_fault *fault) {
     if (status != STATUS_OK)
         return status;
     march->cuts = cuts;
-    return curtain_make(lines, cuts->count, arena, &cuts->curtain);
+    status = curtain_make(lines, cuts->count, arena, &cuts->curtain);
+    if (status == STATUS_OK)
+        cuts->near =
+            curtain_box(cuts->curtain, (CUTS_POINT_REACH + CUTS_CELL_REACH) * fmax(d[0], d[1]));
+    return status;
 }

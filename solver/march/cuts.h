@@ -9,6 +9,7 @@
 
 #include "march.h"
 #include "solver/result.h"
+#include "solver/surface/boxes.h"
 
 /* A place of a lip: as a vertex of an edge (`rim_edges.h`). */
 struct cut_vertex {
@@ -29,7 +30,20 @@ struct cuts {
     struct cut *cut;
     size_t count;
     struct curtain *curtain;
+    struct box near; /* round all that is within both of the following of it */
 };
+
+/* In spacings: corners of a cell are less than this apart; and so near to the tip of a cut it tells
+ * how yarns go. */
+#define CUTS_CELL_REACH 2.0
+#define CUTS_POINT_REACH 6.0
+
+/* Whether a place may be a corner of a cell with one that is so near to a cut: most are not. */
+static inline bool cuts_may_be_near(const struct cuts *cuts, struct vec3 at) {
+    const struct box *box = &cuts->near;
+    return at.x >= box->lower.x && at.x <= box->upper.x && at.y >= box->lower.y &&
+           at.y <= box->upper.y && at.z >= box->lower.z && at.z <= box->upper.z;
+}
 
 /* The place of the part nearest to a point; false where it has no tangent plane. */
 bool cuts_nearest(struct march *march, struct vec3 r, struct surface_point *place);

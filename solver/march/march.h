@@ -268,6 +268,10 @@ bool march_is_beside_tip(const struct march *march, struct vec3 at);
 /* Whether it is nearer than so many spacings. */
 bool march_is_near_tip(const struct march *march, struct vec3 at, double reach);
 
+/* Whether the edges of a cell whose A is there are laid as geodesics, for the tip of a cut: the
+ * part may come to a point there, of which arcs know nothing. */
+bool march_is_at_point(const struct march *march, struct vec3 at);
+
 /* Whether a cut parts a node from a place of the part near it: the geodesic between them, or the
  * chord where that tells or there is none, passes it. Of a place that is not beside a tip only
  * where it is in space is asked. */

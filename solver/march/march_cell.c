@@ -358,10 +358,6 @@ static enum fishnet_end solve_folded(struct march *march, const struct march_cel
     return folded ? solve_rough(march, at, cell, found, node) : end;
 }
 
-/* This near to the tip of a cut, in spacings, edges are geodesics: the part may come to a point
- * there, of which arcs know nothing. */
-static const double to_a_point = 6;
-
 /* Which edges of a cell are not arcs: all of it `laid` as geodesics, where one is rough; or edges
  * whose directions their chords do not tell. */
 struct uneven {
@@ -389,7 +385,7 @@ static enum fishnet_end solve_uneven(struct march *march, const struct march_cel
                                      enum fishnet_end end, struct fishnet_node *node,
                                      struct uneven *uneven) {
     bool bent = false;
-    bool rough = march_is_near_tip(march, cell->a->jet.r, to_a_point) ||
+    bool rough = march_is_at_point(march, cell->a->jet.r) ||
                  (end == FISHNET_FOUND ? lies_over_crease(march, &node->point)
                                        : hangs_on_rough(march, cell, end));
     const struct surface_point *d = &node->point;

@@ -348,7 +348,9 @@ static enum status reach_end(struct growth *g, const struct free_end *e) {
         return e->begins ? STATUS_OK : march_fail(march, i, j, reason);
     if (march_is_parted(march, i, j, -e->di, -e->dj, &to))
         return STATUS_OK;
-    enum status status = march_place(march, i, j, &to, &zone);
+    enum status status = march_watch_overlaps(march);
+    if (status == STATUS_OK)
+        status = march_place(march, i, j, &to, &zone);
     if (status != STATUS_OK || zone == SURFACE_POINT_BEYOND)
         return status;
     net_mark_grown(march->net, i, j);
@@ -449,9 +451,7 @@ enum status march_growth(struct march *march) {
         end.begins = end.begins && !yarn_from(march->net, end.i, end.j, -end.di, -end.dj);
         if (net_state_at(march->net, end.i + end.di, end.j + end.dj) != NET_UNKNOWN)
             continue;
-        status = march_watch_overlaps(march);
-        if (status == STATUS_OK)
-            status = reach_end(&g, &end);
+        status = reach_end(&g, &end);
     }
     /* On a surface without an edge nothing ends at a boundary: what could not be reached lies
      * against the net itself. */

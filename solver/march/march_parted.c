@@ -13,9 +13,6 @@
 #include "solver/fishnet/fishnet_geodesic.h"
 #include "solver/net/curtain.h"
 
-/* Corners of a cell are less than this many spacings apart. */
-static const double cell_reach = 2;
-
 /* Beside the tip of a cut, this near in spacings, paths are followed, in steps of at least this
  * share of their length over which normals turn by less than this cosine, and which are no longer
  * than this share of the way to the tip; where their chord passes the cut than that one. */
@@ -36,11 +33,17 @@ static const double as_long = 2e-2, found_to = 1e-6;
 
 bool march_is_beside_cut(const struct march *march, struct vec3 at) {
     const double *d = march->settings->spacing;
-    return march->cuts && curtain_is_near(march->cuts->curtain, at, cell_reach * fmax(d[0], d[1]));
+    return march->cuts && cuts_may_be_near(march->cuts, at) &&
+           curtain_is_near(march->cuts->curtain, at, CUTS_CELL_REACH * fmax(d[0], d[1]));
 }
 
 bool march_is_beside_tip(const struct march *march, struct vec3 at) {
     return march_is_near_tip(march, at, beside_tip);
+}
+
+bool march_is_at_point(const struct march *march, struct vec3 at) {
+    return march->cuts && march->method->yarn != DRAPE_YARN_CHORD &&
+           cuts_may_be_near(march->cuts, at) && march_is_near_tip(march, at, CUTS_POINT_REACH);
 }
 
 bool march_is_near_tip(const struct march *march, struct vec3 at, double reach) {

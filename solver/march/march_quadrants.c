@@ -66,12 +66,15 @@ enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below,
             return STATUS_OK;
         struct march_cell cell = {
             .i = i * q->si, .j = r * q->sj, .si = q->si, .sj = q->sj, .a = &a, .b = &b, .c = point};
+        const struct march_counts counts = march->counts;
         *found = march_solve_corner(march, &cell, &node, &reason);
         if (!*found)
             return march_fail_cell(march, cell.i, cell.j, reason, cell.b);
         *found = !quadrant_is_parted(q, i, r, &node.point);
-        if (!*found)
+        if (!*found) { /* how often that is asked depends on the wave */
+            march->counts = counts;
             return STATUS_OK;
+        }
         enum status status = march_place(march, cell.i, cell.j, &node.point, &zone);
         if (status != STATUS_OK)
             return status;

@@ -4,6 +4,7 @@
  * (where weft slides four), and goes on as long as it is sure to, whatever becomes of the rows
  * below. From there on, and where the kernel leaves a cell alone, it is marched like any other row.
  */
+#include "cuts.h"
 #include "quadrant.h"
 #include "solver/fishnet/rough.h"
 #include "solver/shell/crossing.h"
@@ -70,6 +71,12 @@ static bool goes(const struct quadrant *q, int k) {
 /* And it lies on a place of the row below; where weft slides on two. */
 static bool runs(const struct quadrant *q, int k) {
     return goes(q, k) && q->row[k + 1].count + (int32_t)q->wave->lag - 1 < q->row[k].count;
+}
+
+static struct vec3 wave_position(const struct wave_places *places, int slot) {
+    enum { AT_X = offsetof(struct wave_point, jet.r) / sizeof(double) };
+    return vec3_make(places->of[AT_X][slot], places->of[AT_X + 1][slot],
+                     places->of[AT_X + 2][slot]);
 }
 
 static bool is_regular(const struct net_node *node) {
@@ -488,11 +495,14 @@ static enum status take_wave_step(struct quadrant *q, int32_t j, struct front *f
             drop_outside_faces(wave);
         unsigned usual = wave->found & wave->inside & wave->smooth;
         usual = q->march->cut.slit ? 0 : usual;
-        for (unsigned bits = q->march->cuts ? usual : 0; bits; bits &= bits - 1) {
+        for (unsigned bits = q->march->cuts ? together : 0; bits; bits &= bits - 1) {
             int k = __builtin_ctz(bits);
-            double(*of)[WAVE_STRIDE] = wave->into->of;
-            struct vec3 r = vec3_make(of[2][k + 1], of[3][k + 1], of[4][k + 1]);
-            if (march_is_beside_cut(q->march, r))
+            struct vec3 r = wave_position(wave->into, k + 1);
+            if (!cuts_may_be_near(q->march->cuts, r))
+                continue;
+            if (march_is_at_point(q->march, wave_position(wave_a(wave), k)))
+                wave->found &= ~(1u << k);
+            if (!(wave->found >> k & 1) || march_is_beside_cut(q->march, r))
                 usual &= ~(1u << k);
         }
         front->steady = front->steady && usual == together;

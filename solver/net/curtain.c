@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "curtain.h"
 
-#include "solver/surface/boxes.h"
 #include <math.h>
 
 /* The lower end of post k is corner 2 k, the upper one 2 k + 1: between two posts of a line lie the
@@ -49,6 +48,11 @@ enum status curtain_make(const struct curtain_line *lines, size_t count, struct 
         }
     }
     return boxes_make(boxes, strips, arena, &curtain->boxes);
+}
+
+struct box curtain_box(const struct curtain *curtain, double reach) {
+    return box_round(vec3_axpy(-reach, vec3_make(1, 1, 1), curtain->box.lower),
+                     vec3_axpy(reach, vec3_make(1, 1, 1), curtain->box.upper), 0);
 }
 
 struct near {

@@ -11,6 +11,7 @@
 
 #include "solver/arena.h"
 #include "solver/status.h"
+#include "solver/surface/boxes.h"
 #include "solver/vec.h"
 #include <stdbool.h>
 #include <stddef.h>
@@ -33,6 +34,9 @@ struct curtain;
 /* A curtain along `count` lines; the posts are copied. Errors: STATUS_OUT_OF_MEMORY. */
 enum status curtain_make(const struct curtain_line *lines, size_t count, struct arena *arena,
                          struct curtain **curtain) STATUS_MUST_USE;
+
+/* The box round all that is within `reach` of the curtain. */
+struct box curtain_box(const struct curtain *curtain, double reach);
 
 /* Whether a place is within `reach` of the curtain, to what its strips bend. */
 bool curtain_is_near(const struct curtain *curtain, struct vec3 r, double reach);

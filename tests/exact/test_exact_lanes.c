@@ -217,6 +217,48 @@ static void test_exact_lanes_of_random_shapes_have_same_bits(void **state) {
     }
 }
 
+/* ---- cuts ---- */
+
+enum { ROUNDS_OF_CUTS = 40, CUTS = 2, PATH = 9 };
+
+/* Rows end at a lip and go on behind it: a dome or a saddle with one or two cuts at random. */
+static void test_exact_lanes_behind_cuts_have_same_bits(void **state) {
+    static struct shape shape;
+    (void)state;
+    for (int round = 0; round < check_sized(ROUNDS_OF_CUTS, 6); round++) {
+        uint64_t seed = first_seed() + (uint64_t)round, more = seed * 31 + 7;
+        const double side[2] = {-1, 1};
+        double a = random_between(&more, -0.6, 0.6), b = random_between(&more, -0.6, 0.6);
+        double d = 2 / random_between(&more, 30, 110);
+        struct vec3 path[CUTS][PATH];
+        struct drape_cut_line cuts[CUTS];
+        shape_quadric(&shape, a, b, side, side);
+        for (int n = 0; n < CUTS; n++) { /* one from the edge y = 1, the other from x = -1 */
+            double from = random_between(&more, -0.7, 0.7), tip = random_between(&more, -0.6, 0.6);
+            double depth = random_between(&more, 0.35, 0.75);
+            for (int k = 0; k < PATH; k++) {
+                double along = 1 - (1 - depth) * k / (PATH - 1);
+                double across = from + (tip - from) * k / (PATH - 1);
+                double x = n ? -along : fmax(across, 0.1 - depth), y = n ? across - 0.3 : along;
+                path[n][k] = vec3_make(x, y, (a * x * x + b * y * y) / 2);
+            }
+            cuts[n] = (struct drape_cut_line){path[n], PATH};
+        }
+        struct drape_settings settings = {.method = methods[(int)(random_unit(&more) * METHODS)],
+                                          .spacing = {d, d * random_between(&more, 0.7, 1.4)},
+                                          .direction_deg = random_between(&more, -180, 180),
+                                          .start_kind = DRAPE_START_POINT,
+                                          .cuts = cuts,
+                                          .cut_count = 1,
+                                          .max_nodes = 40000};
+        check_widths(&shape, NULL, settings, seed);
+        settings.cut_count = CUTS;
+        check_widths(&shape, NULL, settings, seed);
+        settings.slide = random_slide(&more);
+        check_widths(&shape, NULL, settings, seed);
+    }
+}
+
 /* ---- shells ---- */
 
 enum { FACES_A_SIDE = 4, FACES = FACES_A_SIDE * FACES_A_SIDE, ROUNDS_OF_SHELLS = 24 };
@@ -331,6 +373,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_lanes_of_known_shapes_have_same_bits),
         cmocka_unit_test(test_exact_lanes_of_random_shapes_have_same_bits),
+        cmocka_unit_test(test_exact_lanes_behind_cuts_have_same_bits),
         cmocka_unit_test(test_exact_lanes_over_the_faces_of_shells_have_same_bits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
