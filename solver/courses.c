@@ -18,6 +18,9 @@ static const double rim_slack = 1e-6;
 /* A line is followed beyond the part so far, in sizes of the part. */
 static const double most_of_line = 4;
 
+/* Areas are known to this share. */
+static const double rounding = 1e-12;
+
 struct layer {
     const struct drape_part *part;
     const struct courses_settings *settings;
@@ -503,7 +506,8 @@ static void measure_course(const struct layer *l, const double ends[2], struct c
     course->cut_length = fmax(course->ends[1] - course->ends[0], 0);
     course->area = course->width * course->cut_length;
     course->net_area = course->net.summary.flat_area;
-    course->trim_area = fmax(course->area - course->net_area, 0);
+    double trim_area = course->area - course->net_area;
+    course->trim_area = trim_area > rounding * course->area ? trim_area : 0;
     if (vec3_norm2(settings->wanted) > 0)
         course->wanted_most_deg = fmax(most_from_wanted(&course->net.cells, settings->wanted),
                                        most_from_wanted(&course->net.cut.cells, settings->wanted));

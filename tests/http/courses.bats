@@ -44,6 +44,7 @@ plate='{"surface": {"degree_u": 4, "degree_v": 4, "size_u": 5, "size_v": 5,
     number '.pieces[0].mass' 1.6
     number '.pieces[3].course.net_area' 2.4
     number '.pieces[3].course.trim_area' 0.8
+    jq -e '.plies[0].pieces[0].course.trim_area == 0' <<<"$output" # no rounding in the ply book
     number '[.pieces[] | select(.outcome == "complete")] | length' 4
 }
 
