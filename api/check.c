@@ -42,9 +42,9 @@ enum api_problem_id api_check_names(const struct api_input *input,
                : api_problem_no_memory(problem, "the request");
 }
 
-static enum api_problem_id check_cuts(const struct prepared_part *part,
-                                      const struct drape_settings *settings, struct arena *arena,
-                                      struct api_problem *problem) {
+static enum api_problem_id lay_cuts(const struct prepared_part *part,
+                                    const struct drape_settings *settings, struct arena *arena,
+                                    struct api_problem *problem) {
     struct drape_result result = {0};
     struct arena_mark mark = arena_mark(arena);
     if (settings->cut_count > 0) {
@@ -66,7 +66,7 @@ static enum api_problem_id check_part(struct api_request *request, const struct 
     struct drape_settings settings = request->settings;
     if (prepared_part_make(request, limits, arena, &part, problem) == API_OK &&
         prepared_part_settle(&part, arena, &settings, problem) == API_OK &&
-        check_cuts(&part, &settings, arena, problem) == API_OK && wanted)
+        lay_cuts(&part, &settings, arena, problem) == API_OK && wanted)
         api_check_write_form(request, &part, arena, forms, check);
     return problem->id;
 }

@@ -32,10 +32,6 @@ struct layer {
     bool to_right; /* of the courses that are being laid */
 };
 
-static double of_list(const double *list, size_t count, size_t k, double otherwise) {
-    return count == 0 ? otherwise : list[k < count ? k : count - 1];
-}
-
 /* Written so that NaN is refused. */
 static bool layer_is_valid(const struct layer *l) {
     const struct courses_settings *s = l->settings;
@@ -51,7 +47,7 @@ static bool layer_is_valid(const struct layer *l) {
     for (size_t k = 0; k < s->gap_count; k++) {
         valid = valid && s->gaps[k].count <= COURSES_VALUES_MAX;
         for (size_t n = 0; valid && n < s->gaps[k].count; n++)
-            valid = s->gaps[k].values[n] > -of_list(s->widths, s->width_count, k, 0) &&
+            valid = s->gaps[k].values[n] > -courses_value(s->widths, s->width_count, k, 0) &&
                     s->gaps[k].values[n] < l->size;
     }
     for (size_t n = 0; valid && n < s->first.count; n++)
@@ -408,7 +404,7 @@ static enum status lay_edge(const struct layer *l, const struct course_line *lin
         return STATUS_OUT_OF_MEMORY;
     find_range(l, line, inside, range);
     struct line_distance distance = {values, count, range[0], range[1]};
-    double origin = of_list(s->origins, s->origin_count, number, 0.5);
+    double origin = courses_value(s->origins, s->origin_count, number, 0.5);
     enum status status = line_parallel(line, &distance, range_share(range, origin),
                                        s->drape.spacing[0], l->arena, edge, &middle);
     if (status != STATUS_OK)
@@ -522,7 +518,7 @@ static enum status drape_course(const struct layer *l, size_t number, struct cou
     struct drape_statistics *statistics = arena_alloc(l->arena, 1, sizeof *statistics);
     if (!statistics)
         return STATUS_OUT_OF_MEMORY;
-    course->width = of_list(settings->widths, settings->width_count, number, 0);
+    course->width = courses_value(settings->widths, settings->width_count, number, 0);
     course->rows = (int32_t)fmax(ceil(course->width / s.spacing[1] * (1 - 1e-9)), 1);
     s.spacing[1] = course->width / course->rows;
     memcpy(course->spacing, s.spacing, sizeof s.spacing);

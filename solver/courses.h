@@ -29,6 +29,11 @@ struct courses_offset {
     size_t count; /* at most COURSES_VALUES_MAX; 0: no distance */
 };
 
+/* Value k of a list whose last one goes on; `otherwise` of an empty list. */
+static inline double courses_value(const double *list, size_t count, size_t k, double otherwise) {
+    return count ? list[k < count ? k : count - 1] : otherwise;
+}
+
 /* What to lay. `drape` is of every course: start and direction alone of the line along which the
  * first one is laid, spacing across as many equal parts of the width; without extent, cuts,
  * generators and pre-shear. Owned by the caller. */

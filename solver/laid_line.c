@@ -77,7 +77,7 @@ static double clamp_share(double share) {
 
 /* The least distance of the pieces a + s u and b + t v, 0 <= s, t <= 1: the least of the quadratic
  * form in s, then in turn in t and s (Ericson, Real-Time Collision Detection, 5.1.9). */
-static double pieces_apart(const struct vec3 a[2], const struct vec3 b[2]) {
+static double segments_apart(const struct vec3 a[2], const struct vec3 b[2]) {
     struct vec3 u = vec3_sub(a[1], a[0]), v = vec3_sub(b[1], b[0]), w = vec3_sub(a[0], b[0]);
     double uu = vec3_norm2(u), uv = vec3_dot(u, v), vv = vec3_norm2(v), vw = vec3_dot(v, w);
     double sine2 = uu * vv - uv * uv;
@@ -97,7 +97,7 @@ bool laid_line_meets_itself(const struct drape_cut_line *line, double within, st
     for (size_t j = 0; j < pieces; j++) {
         double own = vec3_distance(p[j], p[j + 1]), way = 0; /* between both along the line */
         for (size_t k = j + 1; k < pieces;) {
-            double step = vec3_distance(p[k], p[k + 1]), apart = pieces_apart(p + j, p + k);
+            double step = vec3_distance(p[k], p[k + 1]), apart = segments_apart(p + j, p + k);
             double between = ring ? fmin(way, total - own - way - step) : way;
             struct vec3 back = vec3_sub(p[j], p[k]), on = vec3_sub(p[k + 1], p[k]);
             bool turns = k == j + 1 && vec3_dot(back, on) > 0 &&

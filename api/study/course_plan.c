@@ -48,11 +48,6 @@ static double spread_value(const double *values, size_t count, size_t n, size_t 
     return count ? values[(size_t)(at + 0.5)] : 0;
 }
 
-/* Value n of a list whose last one goes on. */
-static double value_at(const double *values, size_t count, size_t n, double none) {
-    return count ? values[least_size(n, count - 1)] : none;
-}
-
 static const struct courses_offset *gap_at(const struct courses_settings *lay, size_t n) {
     return &lay->gaps[least_size(n, lay->gap_count - 1)];
 }
@@ -75,9 +70,9 @@ void course_plan_begin(const struct study_courses *c, double *unknowns) {
         for (size_t p = 0; p < points; p++)
             unknowns[k++] = spread_value(gap_at(lay, n)->values, gap_at(lay, n)->count, p, points);
     for (size_t n = 0; c->origin.points && n < c->count; n++)
-        unknowns[k++] = value_at(lay->origins, lay->origin_count, n, 0.5);
+        unknowns[k++] = courses_value(lay->origins, lay->origin_count, n, 0.5);
     for (size_t n = 0; c->width.points && n < c->count; n++) {
-        double width = value_at(lay->widths, lay->width_count, n, 0);
+        double width = courses_value(lay->widths, lay->width_count, n, 0);
         unknowns[k++] = c->widths ? nearest_width(c, width) : width;
     }
     for (size_t n = 0; n < k; n++) {
@@ -113,9 +108,9 @@ void course_plan_make(const struct study_courses *c, const double *unknowns,
         const double *from = points ? gaps + gap * points : kept->values;
         plan->gaps[n] = (struct courses_offset){plan->gap[n], points ? points : kept->count};
         memcpy(plan->gap[n], from, plan->gaps[n].count * sizeof *from);
-        plan->origin[n] =
-            c->origin.points ? origins[own] : value_at(lay->origins, lay->origin_count, n, 0.5);
-        plan->width[n] = value_at(lay->widths, lay->width_count, n, 0);
+        plan->origin[n] = c->origin.points ? origins[own]
+                                           : courses_value(lay->origins, lay->origin_count, n, 0.5);
+        plan->width[n] = courses_value(lay->widths, lay->width_count, n, 0);
         if (c->width.points)
             plan->width[n] = widths[own];
         if (c->width.points && c->widths)

@@ -136,7 +136,8 @@ static double coarseness_of(const struct api_study *study, int net) {
 
 /* What is to be small: the aim as a share of its range, and what limits are missed by beyond what
  * its net lacks, unless `strict`. */
-static double cost_of(const struct api_study *study, const struct study_row *row, bool strict) {
+static double cost_of_courses(const struct api_study *study, const struct study_row *row,
+                              bool strict) {
     const struct study_request *r = &study->request;
     double spacing = r->drape.settings.spacing[0] * row->variant.coarseness, cost = 0;
     double cells = spacing / narrowest(&r->courses),
@@ -175,7 +176,7 @@ static void take_generation(struct course_search *s) {
     for (size_t w = 0; w < SEARCHES; w++) {
         struct candidate *own = s->candidates + w * SAMPLES;
         for (size_t c = 0; c < SAMPLES; c++)
-            own[c].cost = cost_of(s->study, &s->rows[s->used++], false);
+            own[c].cost = cost_of_courses(s->study, &s->rows[s->used++], false);
         qsort(own, SAMPLES, sizeof *own, compare_candidates);
         if (own[0].cost < s->best[w].cost)
             s->best[w] = own[0];
@@ -203,7 +204,7 @@ static size_t choose_finalists(const struct course_search *s, size_t first, cons
         const struct study_row *best = NULL;
         double least = HUGE_VAL;
         for (size_t k = first; k < s->used; k++) {
-            double cost = cost_of(s->study, &s->rows[k], made % 2 == 0);
+            double cost = cost_of_courses(s->study, &s->rows[k], made % 2 == 0);
             bool known = false;
             for (size_t n = 0; n < made && cost < least; n++)
                 known = known || memcmp(chosen[n], s->rows[k].variant.unknowns,
@@ -391,7 +392,7 @@ size_t course_search_columns(const struct api_study *study, const struct study_r
 }
 
 /* Puts a row of the table into a plan; false where it is none of a study. */
-static bool take_line(const double line[COLUMNS], struct course_plan *plan) {
+static bool take_plan_line(const double line[COLUMNS], struct course_plan *plan) {
     size_t n = (size_t)line[COURSE] - 1, p = (size_t)line[POINT] - 1;
     if (!(line[COURSE] >= 1 && n < STUDY_COURSES_MAX && line[POINT] >= 1 && p < COURSES_VALUES_MAX))
         return false;
@@ -427,7 +428,7 @@ const char *course_search_request(const struct api_study *study, const struct ap
             const struct api_column *column =
                 api_columns_find(columns, API_TABLE_COURSES, column_specs[FIRST + c].name);
             if (!column || !api_columns_read(result, column, row, 1, &line[c]) ||
-                (line[0] == (double)k && c == COLUMNS - 1 && !take_line(line, plan))) {
+                (line[0] == (double)k && c == COLUMNS - 1 && !take_plan_line(line, plan))) {
                 api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
                 return NULL;
             }
