@@ -46,7 +46,8 @@ int64_t cursor_seal(const unsigned char secret[CURSOR_SECRET_BYTES], const char 
 int64_t cursor_open(const unsigned char secret[CURSOR_SECRET_BYTES], const char *owner,
                     int64_t cursor) {
     unsigned char key[crypto_shorthash_KEYBYTES];
-    uint64_t left = (uint64_t)(cursor - 1) >> HALF_BITS, right = (uint64_t)(cursor - 1) & HALF_MASK;
+    uint64_t sealed = (uint64_t)cursor - 1;
+    uint64_t left = sealed >> HALF_BITS, right = sealed & HALF_MASK;
     if (cursor <= 0 || left > HALF_MASK)
         return 0;
     make_key(secret, owner, key);
