@@ -4,9 +4,7 @@
 #include "course_limits.h"
 
 #include "api/request/prepared_part.h"
-#include "solver/laid_line.h"
 #include "solver/shell/shell.h"
-#include "solver/surface/measure.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

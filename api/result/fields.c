@@ -173,6 +173,34 @@ bool api_fields_copy(const void *context, size_t first, size_t count, double *va
     return true;
 }
 
+bool api_fields_columns(enum column_id first, int count, size_t rows, struct arena *arena,
+                        double **values, struct api_column_source *sources) {
+    for (int c = 0; c < count; c++) {
+        const struct column_spec *spec = &column_specs[(int)first + c];
+        values[c] = arena_take(arena, rows, sizeof *values[c]);
+        if (!values[c])
+            return false;
+        sources[c] = (struct api_column_source){.table = spec->table,
+                                                .name = spec->name,
+                                                .integer = column_kind_is_integer(spec->kind),
+                                                .rows = rows,
+                                                .fill = api_fields_copy,
+                                                .context = values[c]};
+    }
+    return true;
+}
+
+bool api_fields_read_row(const struct api_reader *result, const struct api_columns *columns,
+                         enum column_id first, int count, size_t row, double *values) {
+    for (int c = 0; c < count; c++) {
+        const struct column_spec *spec = &column_specs[(int)first + c];
+        const struct api_column *column = api_columns_find(columns, spec->table, spec->name);
+        if (!column || !api_columns_read(result, column, row, 1, &values[c]))
+            return false;
+    }
+    return true;
+}
+
 static bool fill_index(const void *context, size_t first, size_t count, double *values) {
     for (size_t i = 0; i < count; i++)
         values[i] = ((const int32_t *)context)[first + i];

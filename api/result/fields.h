@@ -51,6 +51,15 @@ extern const char *const api_fields_corners[12];
 /* Fills a column, whose context are its values. */
 bool api_fields_copy(const void *context, size_t first, size_t count, double *values);
 
+/* `count` columns of one table, `first` and those that follow it, of so many rows: `values` gets
+ * room in the arena for those of each, which the caller sets. False without memory. */
+bool api_fields_columns(enum column_id first, int count, size_t rows, struct arena *arena,
+                        double **values, struct api_column_source *sources);
+
+/* Of such columns what a stored result has in a row. False where it lacks one of them. */
+bool api_fields_read_row(const struct api_reader *result, const struct api_columns *columns,
+                         enum column_id first, int count, size_t row, double *values);
+
 /* How many cells have a derived flag: are beyond the locking angle, or the packing limit; -1 where
  * the request does not say. */
 double api_fields_count(enum column_id flag, const struct api_request *request,

@@ -335,7 +335,7 @@ enum status course_search_lay(const struct api_study *study, const struct drape_
 
 /* Its columns: the variant, the number of the course and of the value from 1, the value, and what
  * else the course has. */
-enum { VARIANT, COURSE, POINT, DISTANCE, WIDTH, ORIGIN, COLUMNS, FIRST = COLUMN_COURSES_variant };
+enum { VARIANT, COURSE, POINT, DISTANCE, WIDTH, ORIGIN, COLUMNS };
 
 /* The distances of course n of a plan: from the line, or from the course before. */
 static struct courses_offset distances_of(const struct course_plan *plan, size_t n) {
@@ -361,18 +361,8 @@ size_t course_search_columns(const struct api_study *study, const struct study_r
         for (size_t n = 0; n < listed_courses(plan); n++)
             all += distances_of(plan, n).count;
     }
-    for (int c = 0; c < COLUMNS; c++) {
-        const struct column_spec *spec = &column_specs[FIRST + c];
-        values[c] = arena_take(arena, all, sizeof *values[c]);
-        if (!values[c])
-            return SIZE_MAX;
-        sources[c] = (struct api_column_source){.table = spec->table,
-                                                .name = spec->name,
-                                                .integer = column_kind_is_integer(spec->kind),
-                                                .rows = all,
-                                                .fill = api_fields_copy,
-                                                .context = values[c]};
-    }
+    if (!api_fields_columns(COLUMN_COURSES_variant, COLUMNS, all, arena, values, sources))
+        return SIZE_MAX;
     for (size_t k = 0, row = 0; k < count; k++) {
         course_plan_make(&study->request.courses, rows[k].variant.unknowns, plan);
         for (size_t n = 0; n < listed_courses(plan); n++) {
@@ -424,14 +414,10 @@ const char *course_search_request(const struct api_study *study, const struct ap
     plan->lay.wanted = r->wanted;
     for (size_t row = 0; row < rows; row++) {
         double line[COLUMNS];
-        for (int c = 0; c < COLUMNS; c++) {
-            const struct api_column *column =
-                api_columns_find(columns, API_TABLE_COURSES, column_specs[FIRST + c].name);
-            if (!column || !api_columns_read(result, column, row, 1, &line[c]) ||
-                (line[0] == (double)k && c == COLUMNS - 1 && !take_plan_line(line, plan))) {
-                api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
-                return NULL;
-            }
+        if (!api_fields_read_row(result, columns, COLUMN_COURSES_variant, COLUMNS, row, line) ||
+            (line[VARIANT] == (double)k && !take_plan_line(line, plan))) {
+            api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
+            return NULL;
         }
     }
     plan->lay.gaps = plan->gaps;

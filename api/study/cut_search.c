@@ -371,7 +371,7 @@ enum status cut_search_lay(const struct api_study *study, const struct study_cut
 /* ---- the table `proposed` ---- */
 
 /* Its columns: the variant, the number of the cut from 1, and the ends. */
-enum { PLACES = 6, FIRST = COLUMN_PROPOSED_variant };
+enum { PLACES = 6 };
 
 size_t cut_search_columns(const struct study_row *rows, size_t count, struct arena *arena,
                           struct api_column_source *sources) {
@@ -379,18 +379,8 @@ size_t cut_search_columns(const struct study_row *rows, size_t count, struct are
     for (size_t k = 0; k < count; k++)
         all += rows[k].variant.cut_count;
     double *values[2 + PLACES];
-    for (int c = 0; c < 2 + PLACES; c++) {
-        const struct column_spec *spec = &column_specs[FIRST + c];
-        values[c] = arena_take(arena, all, sizeof *values[c]);
-        if (!values[c])
-            return SIZE_MAX;
-        sources[c] = (struct api_column_source){.table = spec->table,
-                                                .name = spec->name,
-                                                .integer = column_kind_is_integer(spec->kind),
-                                                .rows = all,
-                                                .fill = api_fields_copy,
-                                                .context = values[c]};
-    }
+    if (!api_fields_columns(COLUMN_PROPOSED_variant, 2 + PLACES, all, arena, values, sources))
+        return SIZE_MAX;
     for (size_t k = 0, row = 0; k < count; k++)
         for (size_t n = 0; n < rows[k].variant.cut_count; n++, row++) {
             const struct study_cut *cut = &rows[k].variant.cuts[n];
@@ -412,12 +402,8 @@ enum api_problem_id cut_search_read(const struct api_study *study, const struct 
         return api_problem_no_memory(problem, "the study");
     for (size_t row = 0; row < rows && count < API_STUDY_CUTS; row++) {
         double value[2 + PLACES];
-        for (int c = 0; c < 2 + PLACES; c++) {
-            const struct api_column *column =
-                api_columns_find(columns, API_TABLE_PROPOSED, column_specs[FIRST + c].name);
-            if (!column || !api_columns_read(result, column, row, 1, &value[c]))
-                return api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
-        }
+        if (!api_fields_read_row(result, columns, COLUMN_PROPOSED_variant, 2 + PLACES, row, value))
+            return api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
         if (value[0] == (double)k)
             cuts[count++] = (struct study_cut){vec3_make(value[2], value[3], value[4]),
                                                vec3_make(value[5], value[6], value[7])};
