@@ -27,6 +27,7 @@ enum {
     OWNER_CONNECTIONS = 4,
     ANSWER_MAX = 1 << 21,
     PIECE = 50000,
+    LONG_WAIT_MS = 300,
     PATIENCE_MS = 10000
 };
 
@@ -112,9 +113,11 @@ static enum http_next handle(void *context, struct request *request, struct repl
     if (has_path(request, "stream") && !http_take_stream(request, reply))
         return HTTP_DONE;
     atomic_fetch_add(&early, request->woken_us > clock_us());
-    if (has_path(request, "wait") && !request->state) {
+    const bool long_wait = has_path(request, "wait-long");
+    if ((has_path(request, "wait") || long_wait) && !request->state) {
         request->state = calloc(1, 1);
-        request->wake_at = clock_ms() + 30;
+        request->wake_at = clock_ms() + (long_wait ? LONG_WAIT_MS : 30);
+        atomic_fetch_add(&waiting, long_wait);
         return HTTP_WAIT;
     }
     if (has_path(request, "watch") || has_path(request, "stream")) {
@@ -555,6 +558,30 @@ static int64_t processor_us(void) {
     return (int64_t)time.tv_sec * 1000000 + time.tv_nsec / 1000;
 }
 
+/* One that waits for its time gets it though another is told of news again and again; until then
+ * nothing is done. */
+static void test_front_wakes_calls_at_their_time(void **state) {
+    static const char text[] = "GET /wait-long HTTP/1.1\r\nHost: a\r\n\r\n";
+    pthread_t asking;
+    int status = 0, file = dial("127.0.0.1");
+    (void)state;
+    int64_t begun = clock_ms(), spent = processor_us();
+    assert_true(say(file, text, sizeof text - 1));
+    hold(1);
+    atomic_store(&released, 0);
+    assert_int_equal(pthread_create(&asking, NULL, ask_for_watch, &status), 0);
+    hold(1);
+    atomic_store(&released, 1);
+    for (int k = 0; k < 100; k++)
+        job_events_notify(events, "a job", JOB_CHANGED);
+    pthread_join(asking, NULL);
+    assert_int_equal(status, 200);
+    assert_int_equal(hear(file), 200);
+    check_at_least(clock_ms() - begun, LONG_WAIT_MS);
+    check_below(processor_us() - spent, 500 * (clock_ms() - begun));
+    hang_up(file, "@127.0.0.1", 0);
+}
+
 /* One that waits is let go within about a second of its client; until then nothing is done. */
 static void test_front_lets_go_of_clients_that_are_gone(void **state) {
     static const char text[] = "GET /watch HTTP/1.1\r\nHost: a\r\n\r\n";
@@ -769,6 +796,7 @@ int main(void) {
         cmocka_unit_test(test_front_shares_room_for_bodies),
         cmocka_unit_test(test_front_sends_streams),
         cmocka_unit_test(test_front_has_calls_wait),
+        cmocka_unit_test(test_front_wakes_calls_at_their_time),
         cmocka_unit_test(test_front_lets_go_of_clients_that_are_gone),
         cmocka_unit_test(test_front_hands_slow_calls_over),
         cmocka_unit_test(test_front_bounds_the_connections_of_an_owner),

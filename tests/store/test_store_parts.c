@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* What of the store needs no database: cursors, the cache of chunks, the comparison of clocks, and
- * seals. */
+/* What of the store needs no database: cursors, the cache of chunks, the comparison of clocks,
+ * seals, and what a query does of its own. */
 #include "server/store/cache.h"
 #include "server/store/clock_check.h"
 #include "server/store/cursor.h"
+#include "server/store/query.h"
 #include "server/store/seal.h"
 #include "tests/check.h"
 #include <stdbool.h>
@@ -178,6 +179,53 @@ static void test_seals_stay_as_they_are(void **state) {
     assert_true(seal_of_item(&item) == 3852158523131370618);
 }
 
+/* ------------------------------------------------------------------ queries */
+
+/* The sanitizer's allocator says no as others do. */
+const char *__asan_default_options(void);
+const char *__asan_default_options(void) {
+    return "allocator_may_return_null=1";
+}
+
+/* Null, a text, and one that no memory has room for. */
+static struct query_value column_of_three(const struct query *query, int column) {
+    const struct query_value columns[] = {of_text(NULL), of_text("text"),
+                                          of_bytes("", SIZE_MAX / 2)};
+    (void)query;
+    return columns[column];
+}
+
+static bool there_is_a_row(struct query *query) {
+    (void)query;
+    return true;
+}
+
+static enum store_answer ends_well(struct query *query) {
+    (void)query;
+    return STORE_OK;
+}
+
+/* And then it goes no further, whatever can be copied after it. */
+static void test_query_fails_without_memory(void **state) {
+    const struct query_driver driver = {there_is_a_row, column_of_three, ends_well};
+    (void)state;
+    for (int column = 0; column < 3; column++) {
+        struct query query = {.driver = &driver};
+        const bool good = column < 2;
+        char *copy = NULL, *text = NULL;
+        size_t length = 0;
+        query_duplicate(&query, column, &copy, &length);
+        query_duplicate(&query, 1, &text, &length);
+        assert_int_equal(copy != NULL, column == 1);
+        assert_string_equal(text, "text");
+        assert_int_equal(length, 4);
+        assert_int_equal(query_row(&query), good);
+        assert_int_equal(query_end(&query), good ? STORE_OK : STORE_DOWN);
+        free(copy);
+        free(text);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_cursor_is_the_network_that_it_says),
@@ -186,6 +234,7 @@ int main(void) {
         cmocka_unit_test(test_cache_keeps_what_was_used_last),
         cmocka_unit_test(test_clocks_that_part_have_jumped),
         cmocka_unit_test(test_seals_stay_as_they_are),
+        cmocka_unit_test(test_query_fails_without_memory),
     };
     return cmocka_run_group_tests_name("store parts", tests, NULL, NULL);
 }
