@@ -534,9 +534,14 @@ static void test_front_has_calls_wait(void **state) {
     pthread_t asking;
     int status = 0;
     (void)state;
-    int64_t begun = clock_ms();
-    assert_int_equal(get("/wait"), 200);
-    assert_true(clock_ms() - begun >= 30);
+    int64_t late = INT64_MAX;
+    for (int k = 0; k < 20 && late > 50; k++) { /* another time, if the machine is busy */
+        int64_t begun = clock_ms();
+        assert_int_equal(get("/wait"), 200);
+        late = clock_ms() - begun - 30;
+        check_at_least(late, 0);
+    }
+    check_at_most(late, 50);
     assert_int_equal(atomic_load(&early), 0); /* what it is to look at has been */
 
     atomic_store(&released, 0);
@@ -578,7 +583,7 @@ static void test_front_wakes_calls_at_their_time(void **state) {
     assert_int_equal(status, 200);
     assert_int_equal(hear(file), 200);
     check_at_least(clock_ms() - begun, LONG_WAIT_MS);
-    check_below(processor_us() - spent, 500 * (clock_ms() - begun));
+    check_below(processor_us() - spent, 100 * (clock_ms() - begun));
     hang_up(file, "@127.0.0.1", 0);
 }
 
