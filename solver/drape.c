@@ -275,13 +275,25 @@ static enum status begin(const struct drape_part *part, const struct shell_point
 }
 
 /* Lays the cuts, and sees that they begin at edges. */
-static enum status begin_cuts(struct march *march, struct cut_fault *fault) {
+static enum status lay_cuts(struct march *march, const struct cuts_to_apexes *apexes,
+                            struct cut_fault *fault) {
     const double *d = march->settings->spacing;
     struct rim_edges edges;
-    enum status status = cuts_make(march, fault);
-    return status == STATUS_OK
+    enum status status = cuts_make(march, apexes, fault);
+    return status == STATUS_OK && march->cuts
                ? rim_edges_make(march, RIM_TOLERANCE / 3 * fmin(d[0], d[1]), &edges, fault)
                : status;
+}
+
+/* The cuts of the settings, and those that the part asks for, unless one of these does not begin at
+ * an edge. */
+static enum status begin_cuts(struct march *march, struct cut_fault *fault) {
+    const struct cuts_to_apexes none = {NULL, 0};
+    struct cuts_to_apexes apexes;
+    enum status status = cuts_to_apexes(march, &apexes);
+    if (status == STATUS_OK)
+        status = lay_cuts(march, &apexes, fault);
+    return status == STATUS_CUT && apexes.count > 0 ? lay_cuts(march, &none, fault) : status;
 }
 
 enum status drape_check_cuts(const struct drape_part *whole, const struct drape_settings *settings,
@@ -361,7 +373,7 @@ static enum status lay(const void *context, const struct drape_settings *setting
                               .arena = arena,
                               .watch = &watch};
         status = begin(&part, at, &march, &result->faulty_generator);
-        if (status == STATUS_OK && settings->cut_count)
+        if (status == STATUS_OK)
             status = begin_cuts(&march, &result->faulty_cut);
         if (status == STATUS_OK)
             status = march_run(&march);

@@ -369,40 +369,66 @@ static enum status lay_line(struct maker *m, const struct drape_cut_line *asked)
     return STATUS_OK;
 }
 
-enum status cuts_make(struct march *march, struct cut_fault *fault) {
+/* Lays the next cut along a line; where it cannot be laid there is none. */
+static enum status add_next_cut(struct maker *m, struct cuts *cuts,
+                                const struct drape_cut_line *asked, struct curtain_line *lines,
+                                struct cut_fault *fault) {
+    struct cut *cut = &cuts->cut[cuts->count];
+    struct vec3 nearest;
+    *fault = (struct cut_fault){.cut = cuts->count};
+    m->line = (struct path_line){.at = NULL};
+    enum status status = lay_line(m, asked);
+    if (status == STATUS_OK)
+        status = lay_cut(m, cut, &lines[cuts->count], fault);
+    fault->kind = status == STATUS_OK ? CUT_AT_START : fault->kind;
+    if (status == STATUS_OK &&
+        nearest_on_cut(cut, m->march->start.point.jet.r, &nearest) < 1e-3 * m->spacing)
+        status = STATUS_CUT;
+    if (status == STATUS_OK)
+        status = find_own_crossing(m, &lines[cuts->count], cuts->count, fault);
+    if (status == STATUS_OK)
+        status = find_crossed_cut(m, lines, cuts->count, fault);
+    cuts->count += status == STATUS_OK;
+    return status;
+}
+
+/* Whether a cut leads to a place, or passes by it. */
+static bool is_cut_at(const struct maker *m, struct vec3 r) {
+    struct vec3 nearest;
+    for (size_t k = 0; k < m->laid->count; k++)
+        if (nearest_on_cut(&m->laid->cut[k], r, &nearest) < m->spacing)
+            return true;
+    return false;
+}
+
+enum status cuts_make(struct march *march, const struct cuts_to_apexes *apexes,
+                      struct cut_fault *fault) {
     const struct drape_settings *s = march->settings;
     const double *d = s->spacing;
     struct maker m = {.march = march, .spacing = fmin(d[0], d[1])};
     struct arena *arena = march->arena;
-    if (s->cut_count == 0)
+    size_t most = s->cut_count + apexes->count;
+    march->cuts = NULL;
+    if (most == 0)
         return STATUS_OK;
     struct cuts *cuts = arena_alloc(arena, 1, sizeof *cuts);
-    struct curtain_line *lines = arena_alloc(arena, s->cut_count, sizeof *lines);
-    if (!cuts || !lines || !(cuts->cut = arena_alloc(arena, s->cut_count, sizeof *cuts->cut)))
+    struct curtain_line *lines = arena_alloc(arena, most, sizeof *lines);
+    if (!cuts || !lines || !(cuts->cut = arena_alloc(arena, most, sizeof *cuts->cut)))
         return STATUS_OUT_OF_MEMORY;
     m.laid = cuts;
     m.aside = beside * m.spacing;
     if (march->surface && march->surface->shell)
         m.aside = fmax(m.aside, beside_joint * shell_joint_width(march->surface->shell));
     enum status status = STATUS_OK;
-    for (; cuts->count < s->cut_count && status == STATUS_OK; cuts->count++) {
-        *fault = (struct cut_fault){.cut = cuts->count};
-        m.line = (struct path_line){.at = NULL};
-        struct cut *cut = &cuts->cut[cuts->count];
-        status = lay_line(&m, &s->cuts[cuts->count]);
-        if (status == STATUS_OK)
-            status = lay_cut(&m, cut, &lines[cuts->count], fault);
-        fault->kind = status == STATUS_OK ? CUT_AT_START : fault->kind;
-        struct vec3 nearest;
-        if (status == STATUS_OK &&
-            nearest_on_cut(cut, march->start.point.jet.r, &nearest) < 1e-3 * m.spacing)
-            status = STATUS_CUT;
-        if (status == STATUS_OK)
-            status = find_own_crossing(&m, &lines[cuts->count], cuts->count, fault);
-        if (status == STATUS_OK)
-            status = find_crossed_cut(&m, lines, cuts->count, fault);
+    for (size_t k = 0; k < s->cut_count && status == STATUS_OK; k++)
+        status = add_next_cut(&m, cuts, &s->cuts[k], lines, fault);
+    for (size_t k = 0; k < apexes->count && status == STATUS_OK; k++) {
+        const struct drape_cut_line *line = &apexes->line[k];
+        if (!is_cut_at(&m, line->path[line->count - 1]))
+            status = add_next_cut(&m, cuts, line, lines, fault);
+        status = status == STATUS_CUT ? STATUS_OK : status;
     }
-    if (status != STATUS_OK)
+    if (status != STATUS_OK || cuts->count == 0)
         return status;
     march->cuts = cuts;
     status = curtain_make(lines, cuts->count, arena, &cuts->curtain);

@@ -33,6 +33,11 @@ struct cuts {
     struct box near; /* round all that is within both of the following of it */
 };
 
+struct cuts_to_apexes {
+    struct drape_cut_line *line; /* from the edge to the apex */
+    size_t count;
+};
+
 /* In spacings: corners of a cell are less than this apart; and so near to the tip of a cut it tells
  * how yarns go. */
 #define CUTS_CELL_REACH 2.0
@@ -48,8 +53,14 @@ static inline bool cuts_may_be_near(const struct cuts *cuts, struct vec3 at) {
 /* The place of the part nearest to a point; false where it has no tangent plane. */
 bool cuts_nearest(struct march *march, struct vec3 r, struct surface_point *place);
 
-/* Lays the cuts of the settings on the part of a march that has its start: `march->cuts`, NULL when
- * there are none. Errors: STATUS_OUT_OF_MEMORY; STATUS_CUT, with the fault. */
-enum status cuts_make(struct march *march, struct cut_fault *fault) STATUS_MUST_USE;
+/* Lays the cuts of the settings on the part of a march that has its start, and after them those
+ * among these to apexes of the part that can be laid: `march->cuts`, NULL when there are none.
+ * Errors: STATUS_OUT_OF_MEMORY; STATUS_CUT, with the fault of a cut of the settings. */
+enum status cuts_make(struct march *march, const struct cuts_to_apexes *apexes,
+                      struct cut_fault *fault) STATUS_MUST_USE;
+
+/* The lines opposite the start, each from an edge to an apex of the part that the cloth cannot
+ * pass. Not on a mesh of the caller's. Errors: STATUS_OUT_OF_MEMORY. */
+enum status cuts_to_apexes(struct march *march, struct cuts_to_apexes *apexes) STATUS_MUST_USE;
 
 #endif

@@ -192,7 +192,7 @@ static void measure_cut(struct march *march, struct rim *rim, size_t number,
 }
 
 enum status rim_lips_measure(struct march *march, struct rim *rim, struct drape_cuts *cuts) {
-    size_t count = march->cuts ? march->cuts->count : 0;
+    size_t count = march->settings->cut_count; /* without those to apexes, which come after */
     *cuts = (struct drape_cuts){.count = count};
     if (count == 0)
         return STATUS_OK;

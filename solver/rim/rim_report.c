@@ -8,6 +8,7 @@
 #include "solver/power.h"
 #include "solver/team.h"
 #include "statistics.h"
+#include <stdlib.h>
 
 /* Bins of the absolute shear: a hundredth of a degree or so. */
 enum { BINS = DRAPE_SHEAR_BINS };
@@ -557,8 +558,9 @@ static enum status list_rim(const struct march *march, const struct rim *rim,
     out->covered = arena_take(march->arena, rim->count, sizeof *out->covered);
     bool shell = march->surface && march->surface->shell;
     out->face = shell ? arena_take(march->arena, rim->count, sizeof *out->face) : NULL;
-    out->cut = rim->lip_of ? arena_take(march->arena, rim->count, sizeof *out->cut) : NULL;
-    bool all = out->loop && out->covered && (out->face || !shell) && (out->cut || !rim->lip_of);
+    int32_t cuts = (int32_t)march->settings->cut_count; /* those to apexes come after */
+    out->cut = cuts ? arena_take(march->arena, rim->count, sizeof *out->cut) : NULL;
+    bool all = out->loop && out->covered && (out->face || !shell) && (out->cut || !cuts);
     for (size_t c = 0; c < sizeof columns / sizeof *columns; c++)
         all = all && (*columns[c] = arena_take(march->arena, rim->count, sizeof(double)));
     for (size_t k = 0; all && k < rim->count; k++) {
@@ -583,7 +585,7 @@ static enum status list_rim(const struct march *march, const struct rim *rim,
         if (shell)
             out->face[k] = point->face;
         if (out->cut)
-            out->cut[k] = rim->lip_of[point->sight];
+            out->cut[k] = abs(rim->lip_of[point->sight]) <= cuts ? rim->lip_of[point->sight] : 0;
         out->covered[k] = point->covered;
     }
     return all ? STATUS_OK : STATUS_OUT_OF_MEMORY;

@@ -52,6 +52,19 @@ static bool is_covered(const struct chains *c, const double uv[2]) {
     return trim_contains(c->builder->march->trim, outer);
 }
 
+/* Whether a piece lies along a pole, where it is one point. */
+static bool is_along_pole(const struct chains *c, const double from[2], const double to[2]) {
+    const struct rim_window *w = &c->window;
+    bool along = false;
+    for (int n = 0; n < 4; n++) {
+        int k = n / 2;
+        double at = n % 2 ? w->high[k] : w->low[k], slack = beside * w->length[k];
+        along |= rim_builder_is_pole(c->builder, k, n % 2) && fabs(from[k] - at) <= slack &&
+                 fabs(to[k] - at) <= slack;
+    }
+    return along;
+}
+
 /* Which side is to be covered of a piece of edge at its place t. A trim's edge counts where it lies
  * in the domain and has what is to be covered on one side; the domain's border where the trims
  * would let the region go on beyond it. */
@@ -75,6 +88,8 @@ static enum cover cover_at(const struct chains *c, bool trim, const double from[
         if (!w->endless[k] && !(at[k] >= w->low[k] - slack && at[k] <= w->high[k] + slack))
             return COVER_NEITHER;
     }
+    if (trim && is_along_pole(c, from, to))
+        return COVER_NEITHER;
     bool left = is_covered(c, left_of), right = is_covered(c, right_of);
     if (!trim)
         return left && right ? COVER_LEFT : COVER_NEITHER;

@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /* Cuts with exact answers: a cone to its apex, the corner of a box, a slit in a plane. */
+#include "measure.h"
+#include "pieces.h"
 #include "shapes.h"
 #include "solver/drape.h"
 #include "solver/shell/shell.h"
 #include "solver/surface/trim.h"
 #include "tests/check.h"
+#include "whole.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -41,48 +44,89 @@ static void check_cloth(const struct drape_result *result, double tip_deg,
         check_below(fabs(result->cells.shear_deg[k]), bounds->shear_deg);
 }
 
-/* A whole cone, cut along a generator to the apex and unrolled about that: a node (i, j) is at i e
- * + j f, with e and f the directions of the yarns at the start. */
-static void check_cone(double base, double height, const struct bounds *bounds, uint64_t *seed) {
-    static struct shape shape;
-    const double round = 2 * M_PI, turn[2] = {0, round}, apex[2] = {0, height}, rim[2] = {base, 0};
-    struct arena *arena = arena_new((size_t)1 << 30);
-    struct drape_result result = {0};
-    double slant = sqrt(base * base + height * height), share = base / slant;
-    double cut = random_between(seed, 0, round), start = cut + random_between(seed, 1.5, 4.5);
-    double far = random_between(seed, 0.5, 0.7), d = slant / 30;
-    double angle = random_between(seed, 0, 90);
-    shape_frustum(&shape, turn, apex, rim, M_PI / 2);
-    const struct vec3 path[2] = {{base * cos(cut), base * sin(cut), 0}, {0, 0, height}};
-    const struct drape_cut_line line = {path, 2};
-    struct vec3 side = {-sin(start), cos(start), 0};
-    struct drape_settings settings = {
-        .method = bounds->method,
+/* A whole cone about the z axis, a start on it, and two directions there. */
+struct cone {
+    struct shape shape;
+    double base, height, slant;
+    double longitude, far; /* of the start: far is its share of the slant from the apex */
+    struct vec3 start, down, side;
+};
+
+static void make_cone(struct cone *cone, double base, double height, double longitude, double far) {
+    const double turn[2] = {0, 2 * M_PI}, apex[2] = {0, height}, rim[2] = {base, 0};
+    double x = cos(longitude), y = sin(longitude), slant = hypot(base, height);
+    *cone = (struct cone){.base = base,
+                          .height = height,
+                          .slant = slant,
+                          .longitude = longitude,
+                          .far = far,
+                          .start = {far * base * x, far * base * y, (1 - far) * height},
+                          .down = {base * x / slant, base * y / slant, -height / slant},
+                          .side = {-y, x, 0}};
+    shape_frustum(&cone->shape, turn, apex, rim, M_PI / 2);
+}
+
+/* A net at `angle` degrees to the side. */
+static struct drape_settings settings_on(const struct cone *cone, enum drape_method method,
+                                         double d, double angle) {
+    double turn = angle * M_PI / 180;
+    return (struct drape_settings){
+        .method = method,
         .spacing = {d, d},
         .start_kind = DRAPE_START_POINT,
-        .start_point = {far * base * cos(start), far * base * sin(start), (1 - far) * height},
+        .start_point = cone->start,
         .direction_kind = DRAPE_DIRECTION_VECTOR,
-        .cuts = &line,
-        .cut_count = 1,
+        .direction_vector = vec3_axpy(sin(turn), cone->down, vec3_scale(cos(turn), cone->side)),
         .max_nodes = 100000};
-    struct vec3 down = {base * cos(start) / slant, base * sin(start) / slant, -height / slant};
-    settings.direction_vector =
-        vec3_axpy(sin(angle * M_PI / 180), down, vec3_scale(cos(angle * M_PI / 180), side));
-    assert_int_equal(drape_solve(&(struct drape_part){.surface = surface_of(&shape, arena)},
+}
+
+/* How far nodes are from where they are on the cone unrolled about its apex, cut along the
+ * generator at the longitude `cut`: (i, j) is at i e + j f, with e and f the directions of the
+ * yarns at the start. In spacings; of nodes on the cut the nearer of two places. */
+static double off_unrolled(const struct cone *cone, const struct drape_result *result, double cut,
+                           double d) {
+    static const double on_cut = 1e-3;
+    double worst = 0, share = cone->base / cone->slant, round = 2 * M_PI;
+    for (size_t k = 0; k < result->nodes.count; k++) {
+        double x = result->nodes.x[k], y = result->nodes.y[k], z = result->nodes.z[k], off[2];
+        double s = sqrt(x * x + y * y + (cone->height - z) * (cone->height - z));
+        double behind = atan2(y, x) - cut;
+        behind -= round * floor(behind / round);
+        bool near = fmin(behind, round - behind) * share * s < on_cut * d;
+        for (int way = 0; way < 2; way++) {
+            double round_it = behind + (way ? behind < M_PI ? round : -round : 0);
+            double start = cone->longitude - cut;
+            start -= round * floor(start / round);
+            double flat = (round_it - start) * share;
+            struct vec3 to = vec3_axpy(s * cos(flat) - cone->far * cone->slant, cone->down,
+                                       vec3_scale(s * sin(flat), cone->side));
+            off[way] = hypot(vec3_dot(to, result->start_warp) / d - result->nodes.i[k],
+                             vec3_dot(to, result->start_weft) / d - result->nodes.j[k]);
+        }
+        worst = fmax(worst, near ? fmin(off[0], off[1]) : off[0]);
+    }
+    return worst;
+}
+
+/* Cut along a generator to the apex. */
+static void check_cone(double base, double height, const struct bounds *bounds, uint64_t *seed) {
+    static struct cone cone;
+    struct arena *arena = arena_new((size_t)1 << 30);
+    struct drape_result result = {0};
+    double cut = random_between(seed, 0, 2 * M_PI), start = cut + random_between(seed, 1.5, 4.5);
+    make_cone(&cone, base, height, start, random_between(seed, 0.5, 0.7));
+    double d = cone.slant / 30;
+    const struct vec3 path[2] = {{base * cos(cut), base * sin(cut), 0}, {0, 0, height}};
+    const struct drape_cut_line line = {path, 2};
+    struct drape_settings settings =
+        settings_on(&cone, bounds->method, d, random_between(seed, 0, 90));
+    settings.cuts = &line;
+    settings.cut_count = 1;
+    assert_int_equal(drape_solve(&(struct drape_part){.surface = surface_of(&cone.shape, arena)},
                                  &settings, NULL, arena, &result),
                      STATUS_OK);
-    check_cloth(&result, 360 * (1 - share), bounds);
-    double worst = 0;
-    for (size_t k = 0; k < result.nodes.count; k++) {
-        double x = result.nodes.x[k], y = result.nodes.y[k], z = result.nodes.z[k];
-        double s = sqrt(x * x + y * y + (height - z) * (height - z)), longitude = atan2(y, x);
-        double behind = longitude - cut - round * floor((longitude - cut) / round);
-        double flat = (behind - (start - cut)) * share;
-        struct vec3 to =
-            vec3_axpy(s * cos(flat) - far * slant, down, vec3_scale(s * sin(flat), side));
-        double i = vec3_dot(to, result.start_warp) / d, j = vec3_dot(to, result.start_weft) / d;
-        worst = fmax(worst, hypot(i - result.nodes.i[k], j - result.nodes.j[k]));
-    }
+    check_cloth(&result, 360 * (1 - base / cone.slant), bounds);
+    double worst = off_unrolled(&cone, &result, cut, d);
     printf("             nodes within %.1e spacings\n", worst);
     check_below(worst, bounds->node);
     arena_free(arena);
@@ -96,6 +140,93 @@ static void test_cone_cut_to_its_apex_is_flat(void **state) {
     for (size_t m = 0; m < sizeof all / sizeof *all; m++)
         for (int k = 0; k < 6; k++)
             check_cone(100, random_between(&seed, 40, 200), &all[m], &seed);
+}
+
+/* A cone that nobody cuts: cloth that passes its apex on both sides meets on the generator opposite
+ * the start, up to which all of it is the square grid, however the cone is cut into faces. Nodes
+ * are those of the whole: what the generators fix to 1e-6 spacings, and to 1e-5 where these begin
+ * within a spacing of the apex, grown ones to 1e-4. */
+static void check_uncut_cone(uint64_t *seed, const struct bounds *bounds) {
+    static struct cone cone;
+    static struct pieces pieces;
+    double height = random_between(seed, 30, 200), longitude = random_between(seed, 0, 2 * M_PI);
+    double far = random_unit(seed) < 0.5 ? random_between(seed, 0.05, 0.95)
+                                         : pow(10, random_between(seed, -3, -0.7));
+    int faces = 1 + (int)(random_unit(seed) * 7);
+    make_cone(&cone, 100, height, longitude, far);
+    double d = 8, opposite = longitude + M_PI;
+    struct drape_settings settings =
+        settings_on(&cone, bounds->method, d, random_between(seed, 0, 90));
+    struct drape_run whole, cut = {.arena = arena_new((size_t)1 << 30)};
+    assert_int_equal(drape_try(&whole, &cone.shape, &settings), STATUS_OK);
+    pieces_cut_grid(&pieces, &cone.shape, faces, 1, seed);
+    const struct drape_part part = {.shell = pieces_shell(&pieces, cut.arena)};
+    assert_int_equal(drape_solve(&part, &settings, NULL, cut.arena, &cut.result), STATUS_OK);
+    grid_make(&cut.grid, &cut.result.nodes);
+    double worst[2] = {off_unrolled(&cone, &whole.result, opposite, d),
+                       off_unrolled(&cone, &cut.result, opposite, d)};
+    printf("    %-8s height %3.0f, start at %6.2f spacings, %d faces: covers %.6f and %.6f, nodes "
+           "within %.1e and %.1e\n",
+           drape_method_names[bounds->method], height, far * cone.slant / d, faces,
+           whole.result.summary.cloth_coverage, cut.result.summary.cloth_coverage, worst[0],
+           worst[1]);
+    check_below(fmax(worst[0], worst[1]), bounds->node);
+    check_above(whole.result.summary.cloth_coverage, 0.999);
+    check_above(cut.result.summary.cloth_coverage, 0.999);
+    const struct drape_nodes *nodes = &whole.result.nodes;
+    int turn = whole_is_turned(&whole, &cut.result) ? -1 : 1;
+    double fixed = far * cone.slant > d ? 1e-6 : 1e-5;
+    assert_int_equal(nodes->count, cut.result.nodes.count);
+    assert_int_equal(whole.result.cuts.count, 0);
+    assert_null(whole.result.rim.cut);
+    for (size_t k = 0; k < nodes->count; k++) {
+        check_below(fabs(nodes->shear_deg[k]), bounds->shear_deg);
+        int at = grid_find(&cut.grid, nodes->i[k], turn * nodes->j[k]);
+        assert_true(at >= 0);
+        check_below(vec3_distance(node_point(nodes, (int)k), node_point(&cut.result.nodes, at)),
+                    (nodes->grown && nodes->grown[k] ? 1e-4 : fixed) * d);
+    }
+    drape_end(&whole);
+    grid_free(&cut.grid);
+    arena_free(cut.arena);
+}
+
+static void test_cone_is_cut_to_its_apex_opposite_the_start(void **state) {
+    static const struct bounds all[] = {
+        {DRAPE_GIB, 1e-3, 0, 0.05}, {DRAPE_GIB4, 1e-3, 0, 0.05}, {DRAPE_GEODESIC, 1e-8, 0, 0.05}};
+    uint64_t seed = SEED;
+    (void)state;
+    for (int round = 0; round < 8; round++)
+        for (size_t m = 0; m < sizeof all / sizeof *all; m++)
+            check_uncut_cone(&seed, &all[m]);
+}
+
+/* Cloth passes what is pointed by little, as a cone 5.7 degrees from flat, and what has a brim that
+ * gives back what is missing: a hat of 30 degrees. Nothing is cut: all of the rim is the part's. */
+static void test_blunt_cone_and_hat_are_not_cut(void **state) {
+    static struct cone cone;
+    static struct pieces hat;
+    (void)state;
+    for (int brim = 0; brim < 2; brim++) {
+        struct arena *arena = arena_new((size_t)1 << 30);
+        struct drape_result result = {0};
+        double edge = brim ? 200 : 100;
+        make_cone(&cone, 100, brim ? 57.7 : 10, 1, 0.4);
+        struct drape_settings settings = settings_on(&cone, DRAPE_GIB, 8, 20);
+        memset(&hat, 0, sizeof hat);
+        hat.count = 1 + brim;
+        hat.shape[0] = cone.shape;
+        shape_frustum(&hat.shape[1], (double[2]){0, 2 * M_PI}, (double[2]){100, 0},
+                      (double[2]){edge, 0}, M_PI / 2);
+        const struct drape_part part = {.shell = pieces_shell(&hat, arena)};
+        assert_int_equal(drape_solve(&part, &settings, NULL, arena, &result), STATUS_OK);
+        printf("    %s covers %.6f, shear %.2f deg\n", brim ? "hat" : "blunt cone",
+               result.summary.cloth_coverage, result.summary.max_shear_deg);
+        assert_true(result.rim.count > 0);
+        for (size_t k = 0; k < result.rim.count; k++)
+            check_below(fabs(hypot(result.rim.x[k], result.rim.y[k]) - edge), 0.1);
+        arena_free(arena);
+    }
 }
 
 /* Three planes that meet in a corner, cut along one of their edges. */
@@ -486,6 +617,8 @@ static void test_cut_between_far_points_hardly_moves_with_the_spacing(void **sta
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_cone_cut_to_its_apex_is_flat),
+        cmocka_unit_test(test_cone_is_cut_to_its_apex_opposite_the_start),
+        cmocka_unit_test(test_blunt_cone_and_hat_are_not_cut),
         cmocka_unit_test(test_box_corner_is_flat),
         cmocka_unit_test(test_slit_in_a_plane_changes_nothing),
         cmocka_unit_test(test_slit_in_a_frustum_changes_nothing),
