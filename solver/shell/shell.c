@@ -176,6 +176,10 @@ static const double smooth = 0.98;
 /* What is this close to a side of the domain, as a share of it, is on it. */
 static const double on_side = 1e-9;
 
+/* A joint runs out of a side of the domain that it is at an angle to, of which this is less than
+ * the sine; else it runs along it. */
+static const double runs_out = 0.01;
+
 /* Notes at a joint's end that a free edge of its face ends there, too. */
 struct corner {
     const struct chains *chains;
@@ -186,7 +190,7 @@ struct corner {
 /* In which line a joint goes on beyond an end on the boundary. That of a crease is where both faces
  * go on to meet. Over a smooth joint they are one surface, and any line will do that both know: the
  * parameter line that leaves a side of the domain, between the spans that the surface has there,
- * where the boundary runs along one; else the joint's own direction. */
+ * where the joint runs out of one that the boundary runs along; else the joint's own direction. */
 static void lead_beyond(const struct shell *shell, struct face_edge *joint, int end,
                         const struct face_edge *border) {
     const struct face_curve *curve = &shell->curves[joint->curve];
@@ -209,11 +213,13 @@ static void lead_beyond(const struct shell *shell, struct face_edge *joint, int 
             edge_at_share(shell, border, 0.5 * n, &other);
             along = fabs(other.uv[k] - ends[side]) <= on_side * (ends[1] - ends[0]);
         }
-        double speed = vec3_norm(k ? place.jet.v : place.jet.u);
-        if (!along || !(speed * speed > surface->least_tangent2[k]))
+        double speed = vec3_norm(k ? place.jet.v : place.jet.u), length = vec3_norm(place.tangent);
+        int sense = side == end ? 1 : -1;
+        if (!along || !(speed * speed > surface->least_tangent2[k]) ||
+            !(sense * place.rate[k] * speed > runs_out * length))
             continue;
         joint->beyond[end][1 - k] = 0;
-        joint->beyond[end][k] = (side == end ? 1 : -1) * vec3_norm(place.tangent) / speed;
+        joint->beyond[end][k] = sense * length / speed;
     }
 }
 

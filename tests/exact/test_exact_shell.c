@@ -16,6 +16,8 @@ enum { ROUNDS = 1, CELLS = 16 };
 static const uint64_t SEED = 20261122;
 static const double GAP = 1e-6; /* by which faces are off their place, of the size */
 
+static const enum drape_method methods[] = {DRAPE_GIB, DRAPE_GEODESIC, DRAPE_GIB4, DRAPE_BASIC};
+
 static struct pieces pieces;
 
 /* All scenes, cut one way. */
@@ -144,6 +146,54 @@ static void test_exact_shell_runs_over_a_hole(void **state) {
     check_hole(SCENE_SADDLE, SEED + 1);
     check_hole(SCENE_PLANE, SEED + 2);
     check_hole(SCENE_CYLINDER, SEED + 3);
+}
+
+/* A strap that runs out into a wider plate, both flat: their joint goes on beyond the strap along
+ * the plate's own border, and yarns that have left the strap at its side enter the plate there.
+ * Turned at random, so that nothing is told by rounding. */
+static void test_exact_shell_strap_runs_out_into_a_plate(void **state) {
+    static const double side[2][2][2] = {{{-0.5, 0.5}, {0, 2}}, {{-1.5, 1.5}, {2, 3.5}}};
+    static const struct vec3 start = {0, 0.3, 0}, ahead = {0.17, 0.98, 0};
+    uint64_t seed = SEED;
+    double worst = 0;
+    (void)state;
+    for (int round = 0; round < 16; round++) {
+        struct drape_result result;
+        struct vec3 axis = {random_unit(&seed), random_unit(&seed), random_unit(&seed)};
+        struct motion move = motion_similar(1, vec3_unit(axis), random_between(&seed, 1, 3),
+                                            vec3_make(0, 0, random_between(&seed, 0, 3)));
+        pieces = (struct pieces){.count = 2};
+        for (int k = 0; k < 2; k++) {
+            shape_plane(&pieces.shape[k], side[k][0], side[k][1]);
+            shape_move(&pieces.shape[k], &move);
+            if (round >> k & 1)
+                shape_transpose(&pieces.shape[k]);
+        }
+        struct drape_settings settings = {.method = methods[round / 4],
+                                          .spacing = {0.05, 0.05},
+                                          .start_kind = DRAPE_START_POINT,
+                                          .start_point = motion_point(&move, start),
+                                          .direction_kind = DRAPE_DIRECTION_VECTOR,
+                                          .direction_vector = motion_vector(&move, ahead),
+                                          .max_nodes = 20000};
+        struct arena *arena = arena_new((size_t)1 << 28);
+        struct shell *shell = pieces_shell(&pieces, arena);
+        assert_int_equal(
+            drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL, arena, &result),
+            STATUS_OK);
+        struct vec3 origin = settings.start_point;
+        for (size_t n = 0; n < result.nodes.count; n++) {
+            struct vec3 flat = vec3_axpy(0.05 * result.nodes.i[n], result.start_warp, origin);
+            flat = vec3_axpy(0.05 * result.nodes.j[n], result.start_weft, flat);
+            worst = fmax(worst, vec3_distance(flat, node_point(&result.nodes, (int)n)) / 0.05);
+        }
+        assert_int_equal(result.summary.outcome, DRAPE_COMPLETE);
+        check_below(1 - result.summary.cloth_coverage, 1e-9);
+        check_below(result.summary.max_shear_deg, 1e-6);
+        arena_free(arena);
+    }
+    printf("  nodes off by %.1e spacings\n", worst);
+    check_below(worst, 1e-9);
 }
 
 /* ---- tubes: cut open opposite the start ---- */
@@ -341,6 +391,7 @@ int main(void) {
         cmocka_unit_test(test_exact_shell_with_an_island_is_the_whole),
         cmocka_unit_test(test_exact_shell_at_vertices_and_seams),
         cmocka_unit_test(test_exact_shell_runs_over_a_hole),
+        cmocka_unit_test(test_exact_shell_strap_runs_out_into_a_plate),
         cmocka_unit_test(test_exact_shell_of_a_tube_is_cut_open_opposite_the_start),
         cmocka_unit_test(test_exact_shell_of_a_tube_is_cut_open_over_joints),
         cmocka_unit_test(test_exact_shell_has_same_bits_with_threads),
