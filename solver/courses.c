@@ -18,6 +18,9 @@ static const double rim_slack = 1e-6;
 /* A line is followed beyond the part so far, in sizes of the part. */
 static const double most_of_line = 4;
 
+/* The error allowed of the geodesics to near edges, in spacings. */
+static const double exact_edges = 1e-10, rough_edges = 1e-5;
+
 /* Areas are known to this share. */
 static const double rounding = 1e-12;
 
@@ -405,8 +408,9 @@ static enum status lay_edge(const struct layer *l, const struct course_line *lin
     find_range(l, line, inside, range);
     struct line_distance distance = {values, count, range[0], range[1]};
     double origin = courses_value(s->origins, s->origin_count, number, 0.5);
+    double accuracy = s->rough ? rough_edges : exact_edges;
     enum status status = line_parallel(line, &distance, range_share(range, origin),
-                                       s->drape.spacing[0], l->arena, edge, &middle);
+                                       s->drape.spacing[0], accuracy, l->arena, edge, &middle);
     if (status != STATUS_OK)
         return status;
     end_where_torn(s->drape.spacing[0], edge, &middle);

@@ -59,6 +59,9 @@ struct courses_settings {
     double ends;        /* cloth beyond both ends of a course; >= 0 */
     struct vec3 wanted; /* where warp should run, projected on the part; zero: not asked */
     double exponent;    /* p of the means of the angle from there; 0 is 1 */
+    bool rough;         /* near edges keep their distance to 1e-5 spacings and have places a spacing
+                           apart to a hundredth, as searches need; else to 1e-8, and to 1e-8 along
+                           smooth lines */
 };
 
 /* A course. Lengths and areas are those of the flat cloth where nothing else is said. */

@@ -305,6 +305,7 @@ enum status course_search_lay(const struct api_study *study, const struct drape_
     struct drape_settings drape = study_variant_settings(study, &row->variant);
     course_limits_settle(&plan->lay, &drape, &plan->lay);
     plan->lay.exponent = r->exponent;
+    plan->lay.rough = row->variant.coarseness > 1;
     enum status status = courses_lay(&study->part.geometry, &plan->lay, monitor, arena, &laid);
     if (status != STATUS_OK)
         return status;

@@ -145,8 +145,8 @@ enum api_problem_id api_study_finish(const struct api_study *study,
 bool api_study_lays_courses(const struct api_study *study);
 
 /* Writes the request of variant k of a finished study, of a drape or a laminate: with the same
- * numbers in its summary, to the last bit; `arena` is for what goes on meanwhile. API_NOT_FOUND
- * beyond the last. */
+ * numbers in its summary, to the last bit but for coarse courses; `arena` is for what goes on
+ * meanwhile. API_NOT_FOUND beyond the last. */
 enum api_problem_id api_study_variant_request(const struct api_study *study,
                                               const struct api_reader *result, size_t k,
                                               struct arena *arena, const struct api_sink *sink,

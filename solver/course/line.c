@@ -221,9 +221,9 @@ double line_distance_at(const struct line_distance *distance, double s) {
     return b[0];
 }
 
-/* The end of the geodesic that leaves the line at s. */
+/* The end of the geodesic that leaves the line at s, to `slack`, a length. */
 static bool shoot(const struct course_line *line, const struct line_distance *distance, double s,
-                  struct surface_cursor *cursor, struct surface_point *end) {
+                  double slack, struct surface_cursor *cursor, struct surface_point *end) {
     struct surface_point from;
     struct vec3 t;
     struct path path;
@@ -232,8 +232,11 @@ static bool shoot(const struct course_line *line, const struct line_distance *di
         return false;
     *end = from;
     struct vec3 across = vec3_scale(h < 0 ? -1 : 1, vec3_cross(from.normal, t));
-    return h == 0 || (path_geodesic(&path, from.surface, &from, across) &&
-                      path_advance(&path, fabs(h)) && path_surface_point(&path, cursor, end, NULL));
+    if (h == 0)
+        return true;
+    bool gone = path_geodesic(&path, from.surface, &from, across);
+    path.accuracy = slack / fabs(h);
+    return gone && path_advance(&path, fabs(h)) && path_surface_point(&path, cursor, end, NULL);
 }
 
 /* The line's arc length below a length of the parallel: the polynomial through six points about it,
@@ -254,24 +257,26 @@ static double foot_below(const struct course_line *parallel, const double *s, do
     return sum;
 }
 
-/* The parallel's points below those of the line, from that next to `foot` to both sides as long as
- * they go on in the line's sense; s gets the line's arc lengths. */
+/* The parallel's points below every `stride`-th of the line, from that next to `foot` to both sides
+ * as long as they go on in the line's sense; s gets the line's arc lengths. */
 static enum status find_feet(const struct course_line *line, const struct line_distance *distance,
-                             double foot, struct arena *arena, struct course_line *feet,
-                             double **s) {
+                             double foot, double slack, size_t stride, struct arena *arena,
+                             struct course_line *feet, double **s) {
     struct surface_cursor cursor = {0};
-    size_t begin = interval_of(line, foot), low = begin, high = begin;
-    *s = arena_alloc(arena, line->count, sizeof **s);
-    if (!*s || !line_alloc(feet, line->count, arena))
+    size_t begin = interval_of(line, foot), before = begin / stride, low = before, high = before;
+    size_t first = begin % stride, room = (line->count - 1 - first) / stride + 1;
+    *s = arena_alloc(arena, room, sizeof **s);
+    if (!*s || !line_alloc(feet, room, arena))
         return STATUS_OUT_OF_MEMORY;
-    bool found = shoot(line, distance, line->s[begin], &cursor, &feet->at[begin]);
+    bool found = shoot(line, distance, line->s[begin], slack, &cursor, &feet->at[before]);
     for (int side = 0; side < 2 && found; side++)
-        for (size_t k = begin; side ? k + 1 < line->count : k > 0;) {
-            size_t next = side ? k + 1 : k - 1;
-            if (!shoot(line, distance, line->s[next], &cursor, &feet->at[next]))
+        for (size_t k = before; side ? k + 1 < room : k > 0;) {
+            size_t next = side ? k + 1 : k - 1, from = first + k * stride,
+                   to = first + next * stride;
+            if (!shoot(line, distance, line->s[to], slack, &cursor, &feet->at[next]))
                 break;
             struct vec3 step = vec3_sub(feet->at[next].jet.r, feet->at[k].jet.r);
-            struct vec3 own = vec3_sub(line->at[next].jet.r, line->at[k].jet.r);
+            struct vec3 own = vec3_sub(line->at[to].jet.r, line->at[from].jet.r);
             if (!(vec3_dot(step, own) > 0))
                 break;
             k = next;
@@ -284,18 +289,24 @@ static enum status find_feet(const struct course_line *line, const struct line_d
     if (feet->count < 2)
         return STATUS_NO_CONVERGENCE;
     for (size_t k = 0; k < feet->count; k++)
-        (*s)[k] = line->s[low + k];
+        (*s)[k] = line->s[first + (low + k) * stride];
     line_complete(feet);
     return STATUS_OK;
 }
 
+/* Parallels that need not be more accurate, in shares of a step, have feet below every so many
+ * points of the line: these tell no more than where along it geodesics are to leave. */
+static const double wide_accuracy = 1e-6;
+enum { WIDE_STRIDE = 2 };
+
 enum status line_parallel(const struct course_line *line, const struct line_distance *distance,
-                          double foot, double step, struct arena *arena,
+                          double foot, double step, double accuracy, struct arena *arena,
                           struct course_line *parallel, size_t *middle) {
     struct surface_cursor cursor = {0};
     struct course_line feet;
-    double *s;
-    enum status status = find_feet(line, distance, foot, arena, &feet, &s);
+    double *s, slack = accuracy * step;
+    size_t stride = accuracy > wide_accuracy ? WIDE_STRIDE : 1;
+    enum status status = find_feet(line, distance, foot, slack, stride, arena, &feet, &s);
     if (status != STATUS_OK)
         return status;
     /* Where the foot is along the parallel, by the points on both sides of it. */
@@ -312,7 +323,8 @@ enum status line_parallel(const struct course_line *line, const struct line_dist
     parallel->count = 0;
     for (k = 0; k < count; k++) {
         double at = x + ((double)k - (double)before) * step;
-        if (shoot(line, distance, foot_below(&feet, s, at), &cursor, &parallel->at[k])) {
+        double from = foot_below(&feet, s, at);
+        if (shoot(line, distance, from, slack, &cursor, &parallel->at[k])) {
             parallel->count++;
             continue;
         }

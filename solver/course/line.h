@@ -64,11 +64,13 @@ double line_distance_at(const struct line_distance *distance, double s);
 /*
  * The parallel of a line, with points a `step` apart along it, one of them, `middle`, at the foot
  * of the line's `foot`; to both sides as far as geodesics can be followed and it goes on in the
- * line's sense: it ends before the line's centre of geodesic curvature. Distances of 0 alike.
- * Errors: STATUS_OUT_OF_MEMORY; STATUS_NO_CONVERGENCE when there are no two such points.
+ * line's sense: it ends before the line's centre of geodesic curvature. Distances of 0 alike. Each
+ * geodesic is exact to `accuracy` of a step; above 1e-6 points need be less evenly apart, too,
+ * which takes fewer of them. Errors: STATUS_OUT_OF_MEMORY; STATUS_NO_CONVERGENCE when there are no
+ * two such points.
  */
 enum status line_parallel(const struct course_line *line, const struct line_distance *distance,
-                          double foot, double step, struct arena *arena,
+                          double foot, double step, double accuracy, struct arena *arena,
                           struct course_line *parallel, size_t *middle) STATUS_MUST_USE;
 
 #endif
