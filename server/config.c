@@ -109,7 +109,8 @@ static bool check_config(struct config *config) {
     }
     if (!origin_are_hosts(config->public_name, false))
         return config_report(
-            "--public-name: '%s' is not a list of host names, separated by commas, without ports",
+            "--public-name: '%s' is not a list of host names, separated by commas, without ports: "
+            "name each, or give * alone for any",
             config->public_name);
     if (!owner_are_addresses(config->trusted_proxy))
         return config_report(
@@ -117,8 +118,8 @@ static bool check_config(struct config *config) {
             config->trusted_proxy);
     if (!origin_are_hosts(config->cors_origin, true))
         return config_report("--cors-origin: '%s' is not a list of origins, separated by commas; "
-                             "an origin is such as "
-                             "https://example.com, without a path",
+                             "an origin is such as https://example.com, without a path: name each, "
+                             "or give * alone for any",
                              config->cors_origin);
     if (config->max_body > config->max_bodies || config->max_mesh > config->max_bodies)
         return config_report(

@@ -72,7 +72,7 @@ bool origin_are_hosts(const char *list, bool origins) {
                         : !strncmp(one, "http://", 7)  ? 7
                                                        : width;
         if (scheme >= width || !wire_is_authority(one + scheme, width - scheme) ||
-            (!origins && memchr(one, ':', width)))
+            memchr(one, '*', width) || (!origins && memchr(one, ':', width)))
             return false;
         one += width;
         if (!*one)

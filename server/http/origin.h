@@ -16,7 +16,7 @@
 
 /* Whether the text is "*" or a list, split by commas, of names as --public-name takes them, or of
  * origins as --cors-origin does: scheme://HOST or scheme://HOST:PORT as browsers send them, without
- * a path. */
+ * a path; none of them with a "*", which would match nothing. */
 bool origin_are_hosts(const char *list, bool origins);
 
 /* Whether the request names this daemon: `localhost`, an address of loopback, the one of --listen

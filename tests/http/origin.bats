@@ -124,12 +124,15 @@ with_host() { call GET /version -H "Host: $1"; }
     stop_daemon
 }
 
-@test "origin: --public-name takes names without ports" {
-    for names in 'a b' 'a,' 'a:80' 'http://a' ,; do
+@test "origin: --public-name takes names without ports, and '*' alone" {
+    for names in 'a b' 'a,' 'a:80' 'http://a' , '*,a' 'a,*' '*.example'; do
         run "$DRAPED" --check-config --public-name "$names"
         [ "$status" = 2 ]
-        [[ "$output" == *--public-name* ]]
+        [[ "$output" == *--public-name*"* alone for any"* ]]
     done
+    run "$DRAPED" --check-config --cors-origin 'https://*.example'
+    [ "$status" = 2 ]
+    [[ "$output" == *--cors-origin*"* alone for any"* ]]
     run "$DRAPED" --check-config --public-name 'a.example,b-c.example'
     [ "$status" = 0 ]
 }
