@@ -46,31 +46,35 @@ static bool show_drape_progress(void *context, double fraction) {
     return true;
 }
 
-static bool solve_into(struct arguments *arguments, const struct api_input *input, FILE *container,
+/* The id that the service would know the result by: of the study, or of the drape of `input`. */
+static bool find_id(const struct api_input *input, const struct api_study *study,
+                    const struct api_limits *limits, char *id, struct api_problem *problem) {
+    struct api_request request;
+    struct arena *arena = arena_new(limits->max_memory);
+    bool ok = arena != NULL;
+    if (ok && study)
+        ok = api_study_digest(study, arena, id);
+    else if (ok)
+        ok = api_decode(input, limits, arena, &request, problem) == API_OK &&
+             api_digest_request(&request, arena, id);
+    arena_free(arena);
+    if (!ok && problem->id == API_OK)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the request");
+    return ok;
+}
+
+static bool solve_into(struct arguments *arguments, const struct api_input *input,
+                       const struct api_study *study, FILE *container,
                        struct api_problem *problem) {
     const struct api_limits *limits = &arguments->limits;
     const struct api_sink sink = {.write = files_append, .context = container};
-    const struct drape_monitor monitor = {arguments->study ? study_progress : show_drape_progress,
-                                          NULL};
-    bool terminal = isatty(STDERR_FILENO), ok;
-    /* The id that the service would know the result by. */
-    if (arguments->study) {
-        struct api_check check;
-        ok = api_check_study(input, limits, NULL, &check, problem) == API_OK;
-        memcpy(arguments->id, check.digest, sizeof check.digest);
-    } else {
-        struct api_request request;
-        struct arena *arena = arena_new(limits->max_memory);
-        ok = arena && api_decode(input, limits, arena, &request, problem) == API_OK &&
-             api_digest_request(&request, arena, arguments->id);
-        if (!ok)
-            api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the request");
-        arena_free(arena);
-    }
-    if (!ok)
+    const struct drape_monitor monitor = {study ? study_progress : show_drape_progress, NULL};
+    bool terminal = isatty(STDERR_FILENO);
+    const struct drape_monitor *watched = terminal ? &monitor : NULL;
+    if (!find_id(input, study, limits, arguments->id, problem))
         return false;
-    enum api_problem_id result = (arguments->study ? api_study_run : api_run)(
-        input, limits, terminal ? &monitor : NULL, &sink, problem);
+    enum api_problem_id result = study ? api_study_run(study, limits, watched, &sink, problem)
+                                       : api_run(input, limits, watched, &sink, problem);
     if (terminal)
         fputs("\r\033[K", stderr);
     return result == API_OK;
@@ -179,11 +183,11 @@ static void tell_energy(const struct api_summary *summary) {
 /* The document that the arguments ask for. Cuts, energies, warnings, and what stands in the way of
  * a drape, go to standard error as well, for those who do not read the document's. */
 static bool write_requested(const struct arguments *arguments, const struct api_input *input,
-                            const struct api_reader *reader, const struct files_output *output,
-                            struct api_problem *problem) {
+                            const struct api_study *study, const struct api_reader *reader,
+                            const struct files_output *output, struct api_problem *problem) {
     static struct api_columns columns;
     const struct api_limits *limits = &arguments->limits;
-    if (arguments->study)
+    if (study)
         study_print(reader, arguments->output && !arguments->variant ? stdout : stderr, problem);
     else if (api_columns_open(reader, &columns, problem) == API_OK) {
         tell_cuts(reader, &columns);
@@ -194,7 +198,7 @@ static bool write_requested(const struct arguments *arguments, const struct api_
             files_complain("not drapable", columns.summary.verdict.detail);
     }
     if (arguments->variant)
-        return study_write_variant(input, limits, reader, arguments->variant, output->stream,
+        return study_write_variant(study, limits, reader, arguments->variant, output->stream,
                                    problem);
     if (arguments->map)
         return write_map(arguments, input, reader, NULL, output, problem);
@@ -274,9 +278,13 @@ static bool answer(struct arguments *arguments, struct files_bytes *request, FIL
                         "a study has no %s; drape one of its variants", arguments->format->name);
     else if (ok && !arguments->study && arguments->variant)
         api_problem_set(&problem, API_NOT_ACCEPTABLE, "--variant is for studies");
-    else
-        ok = ok && solve_into(arguments, &input, container, &problem) &&
-             write_requested(arguments, &input, &reader, output, &problem);
+    else if (ok) {
+        struct api_study *study =
+            arguments->study ? api_study_open(&input, &arguments->limits, &problem) : NULL;
+        ok = problem.id == API_OK && solve_into(arguments, &input, study, container, &problem) &&
+             write_requested(arguments, &input, study, &reader, output, &problem);
+        api_study_close(study);
+    }
     free(surface.data);
     if (problem.id != API_OK)
         print_problem(&problem);

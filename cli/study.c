@@ -146,7 +146,7 @@ void study_print(const struct api_reader *result, FILE *stream, struct api_probl
     free(table.values);
 }
 
-bool study_write_variant(const struct api_input *input, const struct api_limits *limits,
+bool study_write_variant(const struct api_study *study, const struct api_limits *limits,
                          const struct api_reader *result, const char *variant, FILE *stream,
                          struct api_problem *problem) {
     const struct api_sink sink = {.write = files_append, .context = stream};
@@ -165,12 +165,10 @@ bool study_write_variant(const struct api_input *input, const struct api_limits 
                              : "--variant takes a number, or \"best\"");
         return false;
     }
-    struct api_study *study = api_study_open(input, limits, problem);
-    struct arena *arena = study ? arena_new(limits->max_memory) : NULL;
-    if (study && !arena)
+    struct arena *arena = arena_new(limits->max_memory);
+    if (!arena)
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the request");
     bool ok = arena && api_study_variant_request(study, result, k, arena, &sink, problem) == API_OK;
     arena_free(arena);
-    api_study_close(study);
     return ok && fputc('\n', stream) != EOF;
 }

@@ -13,7 +13,7 @@ bool study_progress(void *context, double fraction);
 void study_print(const struct api_reader *result, FILE *stream, struct api_problem *problem);
 
 /* Writes the drape request of a variant, by its number or "best". */
-bool study_write_variant(const struct api_input *input, const struct api_limits *limits,
+bool study_write_variant(const struct api_study *study, const struct api_limits *limits,
                          const struct api_reader *result, const char *variant, FILE *stream,
                          struct api_problem *problem);
 

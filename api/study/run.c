@@ -126,11 +126,10 @@ static enum api_problem_id do_round(struct run *run, const struct drape_team *te
 
 /* ---- all rounds ---- */
 
-enum api_problem_id api_study_run(const struct api_input *input, const struct api_limits *limits,
+enum api_problem_id api_study_run(const struct api_study *study, const struct api_limits *limits,
                                   const struct drape_monitor *monitor, const struct api_sink *sink,
                                   struct api_problem *problem) {
-    struct api_study *study = api_study_open(input, limits, problem);
-    struct arena *arena = study ? arena_new(limits->max_memory) : NULL;
+    struct arena *arena = arena_new(limits->max_memory);
     struct run run = {.study = study,
                       .monitor = monitor,
                       .memory = limits->max_memory,
@@ -140,7 +139,7 @@ enum api_problem_id api_study_run(const struct api_input *input, const struct ap
     const struct drape_team *team = api_threads_make(&threads, limits->threads);
     struct timespec begin, end;
     clock_gettime(CLOCK_MONOTONIC, &begin);
-    if (study && !arena)
+    if (!arena)
         api_problem_no_memory(problem, "the study");
     for (bool more = arena != NULL; more;) {
         struct arena_mark mark = arena_mark(arena);
@@ -160,6 +159,5 @@ enum api_problem_id api_study_run(const struct api_input *input, const struct ap
     for (int k = 0; k < SPARE_MOST; k++)
         arena_free(run.spare[k]);
     arena_free(arena);
-    api_study_close(study);
     return problem->id;
 }

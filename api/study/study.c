@@ -153,6 +153,10 @@ void api_study_close(struct api_study *study) {
         arena_free(study->arena);
 }
 
+bool api_study_digest(const struct api_study *study, struct arena *arena, char id[API_ID_SIZE]) {
+    return study_digest(&study->request, arena, id);
+}
+
 bool api_study_lays_courses(const struct api_study *study) {
     return study->request.courses.base != NULL;
 }

@@ -152,9 +152,13 @@ enum api_problem_id api_study_variant_request(const struct api_study *study,
                                               struct arena *arena, const struct api_sink *sink,
                                               struct api_problem *problem) STATUS_MUST_USE;
 
-/* All of it in this process, with `limits->threads` threads: request bytes in, container out.
- * `monitor` (may be NULL) is called with the fraction done, never at the same time. */
-enum api_problem_id api_study_run(const struct api_input *input, const struct api_limits *limits,
+/* The id of what it asks for, as `api_check_study` has it. False without memory; scratch comes from
+ * `arena` and is given back. */
+bool api_study_digest(const struct api_study *study, struct arena *arena, char id[API_ID_SIZE]);
+
+/* All rounds in this process, with `limits->threads` threads, container out. `monitor` (may be
+ * NULL) is called with the fraction done, never at the same time. */
+enum api_problem_id api_study_run(const struct api_study *study, const struct api_limits *limits,
                                   const struct drape_monitor *monitor, const struct api_sink *sink,
                                   struct api_problem *problem) STATUS_MUST_USE;
 

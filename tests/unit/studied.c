@@ -26,7 +26,11 @@ enum api_problem_id studied_run(const struct bytes *text, int threads, struct by
     prepare();
     *problem = (struct api_problem){0};
     limits.threads = threads;
-    return api_study_run(&input, &limits, NULL, &sink, problem);
+    struct api_study *study = api_study_open(&input, &limits, problem);
+    if (study)
+        (void)!api_study_run(study, &limits, NULL, &sink, problem);
+    api_study_close(study);
+    return problem->id;
 }
 
 struct studied studied_make(const char *drape, const char *rest) {
