@@ -45,6 +45,7 @@ import { Steering } from './steering.js';
 import { Stack } from './stack.js';
 import { startTheme } from './theme.js';
 import { Chooser } from './chooser.js';
+import { Coursing } from './coursing.js';
 import {
   chosenOf,
   formatOf,
@@ -145,6 +146,7 @@ async function takeRequest(request) {
   steering.load();
   pieces.clear();
   proposals.clear();
+  coursing.clear();
   if (request.fault) form.surfaceError(request.fault);
   refreshAbout();
   clear();
@@ -861,6 +863,7 @@ const pieces = new Pieces(view, form, {
   },
   onError: reportQuietly,
 });
+const coursing = new Coursing(form, { onTake: () => pieces.run(), onError: reportQuietly });
 const stack = new Stack(form, {
   onLook: (id, ply) => lookAt(id, ply).catch(report),
   onDraw: (take) => {

@@ -80,7 +80,7 @@ function seamOf() {
 }
 
 /** The courses of the form; undefined without a width. */
-function coursesOf() {
+export function coursesOf() {
   const width = figure('course-width');
   if (width === undefined) return undefined;
   const along = element('course-along').value;
@@ -100,7 +100,7 @@ function coursesOf() {
 
 /** What of the form's settings is of a ply of pieces: these have starts of their own, courses the roll
  *  in place of generators, cuts and an extent. */
-function plyOf(settings, { splits, seam, pieces, courses }) {
+export function plyOf(settings, { splits, seam, pieces, courses }) {
   const { fabric, direction, method, yarn_path, permeability, cuts, generators, extent } = settings;
   const shared = { name: 'ply', fabric, direction, method, yarn_path, permeability };
   if (!courses) return { ...shared, cuts, generators, extent, splits, seam, pieces };
@@ -118,7 +118,14 @@ function showSeam({ gap, overlap, over } = {}) {
 }
 
 /** And its courses. */
-function showCourses({ width = '', along = 'direction', first_offset, gap, overlap, order } = {}) {
+export function showCourses({
+  width = '',
+  along = 'direction',
+  first_offset,
+  gap,
+  overlap,
+  order,
+} = {}) {
   const { edge, path } = along;
   const offset = overlap === undefined ? gap : [overlap].flat().map((value) => -value);
   element('course-width').value = [width].flat().join(', ');

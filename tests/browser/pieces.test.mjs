@@ -235,6 +235,20 @@ test('pieces: the blade lies in courses from its edge, in two colours by turns',
   );
   assert.equal(fills.length, 5);
   assert.equal(new Set(fills).size, 2);
+  const trimmed = async () =>
+    Number(await page.textContent('#pieces-courses tr:last-child td:nth-child(4)'));
+  const before = await trimmed();
+  await page.click('#course-search');
+  await page.waitForSelector('#course-take:visible');
+  assert.match(
+    await page.textContent('#course-search-state'),
+    /^[\d.]+ m² trimmed off, .* % covered; as it was/,
+  );
+  assert.deepEqual((await plyOf()).courses.gap, courses.gap); // till they are taken
+  await drapes(() => page.click('#course-take'));
+  assert.ok((await plyOf()).courses.gap.flat().every((value) => value < 0 && value >= -0.1));
+  assert.ok((await trimmed()) < before, `${await trimmed()} of ${before}`);
+  assert.ok(await page.isHidden('#course-take'));
   await page.fill('#course-width', '9');
   await page.click('#pieces-drape');
   await page.waitForSelector('#fault-of-course-width');
