@@ -227,16 +227,21 @@ static bool closes_all_round(const struct surface *surface) {
 static const double layers_most = 4;
 static const size_t nodes_least = 1000;
 
-/* One net. A shell may be a deep cup, whose nets meet themselves: it is watched, but where a team
- * marches the quadrants at the same time. A net that lies on itself then is marched again and
- * watched from its first node on. Round the cup's wall one that is not watched may go on without an
- * end. */
+/* Nets of a shell flatter than this hardly ever meet themselves. */
+static const double flat_enough = 0.9;
+
+/* One net. A shell may be a deep cup, whose nets meet themselves: unless it is flat it is watched,
+ * but where a team marches the quadrants at the same time. A net that lies on itself then is
+ * marched again and watched from its first node on. Round the cup's wall one that is not watched
+ * may go on without an end. */
 static enum status march_net(struct march *march) {
     static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
     bool of_shell = !march->mesh && march->surface->shell, folded = false;
     march->size = part_size(march);
     memcpy(march->length, march->settings->spacing, sizeof march->length);
-    march->watched = march->watched || march->mesh || (of_shell && !march->settings->team) ||
+    bool deep =
+        of_shell && shell_flatness(march->surface->shell, march->surface->face) < flat_enough;
+    march->watched = march->watched || march->mesh || (deep && !march->settings->team) ||
                      (!march->cut.slit && closes_all_round(march->surface));
     const struct march begun = *march;
     bool unexpected = of_shell && !march->watched;

@@ -102,6 +102,7 @@ struct shell {
     size_t edge_count;
     uint32_t *boundaries; /* of each component, in one piece each */
     uint32_t *plates;     /* those of them that are edges of plates */
+    struct vec3 *rounded; /* the area that they run round, as a vector */
 };
 
 /* The face that edge `number` bounds, and the one that a surface of a shell is. */

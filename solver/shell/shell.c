@@ -271,8 +271,9 @@ static void add_to_round(const struct shell *shell, const struct face_edge *edge
     }
 }
 
-/* How many pieces the boundary of each component consists of, and how many of them are edges of
- * plates. */
+/* How many pieces the boundary of each component consists of, how many of them are edges of plates,
+ * and the area that they run round together, which by Stokes' theorem is the integral of the normal
+ * over the component. */
 static enum status count_boundaries(struct shell *shell, struct arena *arena) {
     struct chains chains = {.shell = shell};
     size_t count = 0, room = shell->edge_count;
@@ -283,7 +284,9 @@ static enum status count_boundaries(struct shell *shell, struct arena *arena) {
     struct round *rounds = arena_alloc(arena, room, sizeof *rounds);
     shell->boundaries = arena_alloc(arena, shell->component_count, sizeof *shell->boundaries);
     shell->plates = arena_alloc(arena, shell->component_count, sizeof *shell->plates);
-    if (!box || !chains.edge || !chains.root || !rounds || !shell->boundaries || !shell->plates)
+    shell->rounded = arena_alloc(arena, shell->component_count, sizeof *shell->rounded);
+    if (!box || !chains.edge || !chains.root || !rounds || !shell->boundaries || !shell->plates ||
+        !shell->rounded)
         return STATUS_OUT_OF_MEMORY;
     for (size_t e = 0; e < shell->edge_count; e++) {
         const struct face_edge *edge = &shell->edges[e];
@@ -320,6 +323,7 @@ static enum status count_boundaries(struct shell *shell, struct arena *arena) {
         if (chains.root[k] == (int32_t)k) {
             int32_t component = shell->faces[edge_face(shell, (size_t)chains.edge[k])].component;
             shell->boundaries[component]++;
+            shell->rounded[component] = vec3_add(shell->rounded[component], rounds[k].area);
             double across = vec3_dot(rounds[k].area, rounds[k].normal);
             shell->plates[component] +=
                 across > plate_share * rounds[k].length * vec3_norm(rounds[k].area);
@@ -540,6 +544,7 @@ void shell_relocate(struct relocation *relocation, void *field) {
     relocate(relocation, &shell->edges, shell->edge_count, sizeof *shell->edges);
     relocate(relocation, &shell->boundaries, components, sizeof *shell->boundaries);
     relocate(relocation, &shell->plates, components, sizeof *shell->plates);
+    relocate(relocation, &shell->rounded, components, sizeof *shell->rounded);
 }
 
 size_t shell_face_count(const struct shell *shell) {
@@ -647,6 +652,11 @@ bool shell_may_be_tube(const struct shell *shell, int32_t face) {
     int32_t component = shell->faces[face].component;
     uint32_t boundaries = shell->boundaries[component], plates = shell->plates[component];
     return boundaries >= 2 && (plates == 0 || (plates == 2 && boundaries == 2));
+}
+
+double shell_flatness(const struct shell *shell, int32_t face) {
+    int32_t component = shell->faces[face].component;
+    return vec3_norm(shell->rounded[component]) / shell_area(shell, component, NULL);
 }
 
 bool shell_over(const struct shell *shell, struct vec3 point, int32_t face, double reach,

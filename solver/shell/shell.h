@@ -144,6 +144,9 @@ bool shell_may_close(const struct shell *shell, int32_t face);
  * like the edge of a plate as far as their normals tell. */
 bool shell_may_be_tube(const struct shell *shell, int32_t face);
 
+/* The length of their mean normal: 1 for a plate, 0.5 for a hemisphere, 0 for what is closed. */
+double shell_flatness(const struct shell *shell, int32_t face);
+
 /* Whether they have no boundary. */
 bool shell_is_closed(const struct shell *shell, int32_t face);
 

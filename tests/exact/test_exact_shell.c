@@ -382,6 +382,26 @@ static void test_exact_shell_with_gaps_is_nearly_the_whole(void **state) {
     check_cutting(CUT_QUADS, GAP);
 }
 
+/* Of a sphere between two latitudes the mean normal is as long as the mean of their sines; rims are
+ * measured as 16 chords of each edge. */
+static void test_exact_shell_flatness_is_the_mean_normal(void **state) {
+    static const double turn[2] = {0, 2 * M_PI}, lower[] = {-M_PI / 2, -0.9},
+                        upper[] = {-0.5, 0, 0.6, M_PI / 2};
+    static struct shape whole;
+    uint64_t seed = SEED;
+    (void)state;
+    for (int k = 0; k < 8; k++) {
+        const double latitude[2] = {lower[k / 4], upper[k % 4]};
+        double exact = fabs(sin(latitude[0]) + sin(latitude[1])) / 2;
+        struct arena *arena = arena_new((size_t)1 << 28);
+        assert_non_null(arena);
+        shape_sphere(&whole, 1, turn, latitude, M_PI / 2);
+        pieces_cut_grid(&pieces, &whole, 3, 2, &seed);
+        assert_true(fabs(shell_flatness(pieces_shell(&pieces, arena), 0) - exact) < 4e-3);
+        arena_free(arena);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_shell_mosaic_is_nearly_the_whole),
@@ -397,6 +417,7 @@ int main(void) {
         cmocka_unit_test(test_exact_shell_has_same_bits_with_threads),
         cmocka_unit_test(test_exact_shell_survives_failing_allocations),
         cmocka_unit_test(test_exact_shell_with_gaps_is_nearly_the_whole),
+        cmocka_unit_test(test_exact_shell_flatness_is_the_mean_normal),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
