@@ -433,6 +433,17 @@ static bool joint_near(const struct surface_point *point, const struct hit *hit,
     return joint_at(surface, segment->edge, t, crossing);
 }
 
+/* Whether a place lies on the face's own side of the line in which a joint goes on beyond an end,
+ * as far as its parameters, in which that is straight, tell. */
+static bool is_before_line(const struct surface_point *point, const struct face_edge *edge,
+                           int end) {
+    const double *rate = edge->beyond[end];
+    double way[2];
+    for (int k = 0; k < 2; k++)
+        way[k] = face_way(&point->surface->axis[k], edge->tip[end][k], point->uv[k]);
+    return edge->straight[end] && edge->inside * (rate[0] * way[1] - rate[1] * way[0]) > 0;
+}
+
 /* The joint that a place beyond a free edge, so far away, is past by that: of those with an open
  * end not much further, beyond which it lies past the line in which the joint goes on. */
 static bool past_open_end(const struct surface_point *point, double distance,
@@ -448,7 +459,7 @@ static bool past_open_end(const struct surface_point *point, double distance,
             struct crossing_frame line;
             struct curve_place on;
             double far = vec3_distance(edge->end[k], point->jet.r);
-            if (!edge->open[k] || !(far < nearest))
+            if (!edge->open[k] || !(far < nearest) || is_before_line(point, edge, k))
                 continue;
             double t = go_near(shell, edge, point->jet.r, edge->t[k]);
             if (k ? !(t > edge->t[1]) : !(t < edge->t[0]))
