@@ -424,24 +424,24 @@ static void prepare_cells(struct quadrant *q, int32_t j, unsigned lanes) {
     const bool shell = q->march->surface->shell;
     for (unsigned bits = lanes; bits && (wave->corrected || shell); bits &= bits - 1) {
         int k = __builtin_ctz(bits);
+        /* As `quadrant_take_edge`; and a guess by the net before on another face is given up. */
+        if (shell && wave_at(wave, 2)->surface[k + 1] != wave_at(wave, 1)->surface[k + 1])
+            set_differences(wave, k, &none);
+        if (!wave->corrected)
+            continue;
         recall(q, 0, k + 1, q->row[k + 1].count, j + k);
-        if (wave->corrected && wave->slide > 0) {
+        if (wave->slide > 0) {
             const struct march_cell cell = {
                 .i = q->row[k + 1].count * q->si, .j = (j + k) * q->sj, .si = q->si, .sj = q->sj};
             wave->excess[k] = march_slide_excess(q->march, &cell);
         }
-        if (!shell)
-            continue;
-        /* As `quadrant_take_edge`; and a guess by the net before on another face is given up. */
-        if (wave_at(wave, 2)->surface[k + 1] != wave_at(wave, 1)->surface[k + 1])
-            set_differences(wave, k, &none);
         const struct surface *surface = cell_face(wave, k);
         const struct wave_before *a = wave_before_at(wave, wave->lag + 1);
         const struct wave_before *b = wave_before_at(wave, 1), *c = wave_before_at(wave, wave->lag);
         struct wave_before *d = wave_before_at(wave, 0);
         bool same = surface && d->face[k + 1] == surface->face && a->face[k] == surface->face &&
                     c->face[k] == surface->face && b->face[k + 1] == surface->face;
-        if (wave->corrected && !same)
+        if (shell && !same)
             d->even[k + 1] = 0;
     }
     q->kernel->prepare(wave);
