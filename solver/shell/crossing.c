@@ -26,9 +26,8 @@ static const double alike = 1e-3;
  */
 static const double end_reach = 4;
 
-/* The place of an edge that is nearest to a point is known to this share of the edge, and its
- * second derivative is taken over that. */
-static const double border_accuracy = 1e-4, second_step = 1e-4;
+/* The place of an edge that is nearest to a point is known to this share of the edge. */
+static const double border_accuracy = 1e-4;
 
 /* Nor do they where a face has turned by more than this, as a cosine: two creases of a strip have
  * met there, and it is inside out beyond. */
@@ -609,7 +608,7 @@ bool crossing_border(const struct surface_point *point, const struct crossing *c
     const struct shell *shell = point->surface->shell;
     struct border_search search = {
         .shell = shell, .r = point->jet.r, .least = HUGE_VAL, .edge = -1};
-    struct curve_place beside, *place = &search.place;
+    const struct curve_place *place = &search.place;
     if (crossing->nearest < 0)
         return false;
     const struct face_edge *edge = &shell->edges[crossing->nearest];
@@ -627,10 +626,8 @@ bool crossing_border(const struct surface_point *point, const struct crossing *c
         return false;
     const struct face_edge *found = &shell->edges[search.edge];
     const struct face_curve *curve = &shell->curves[found->curve];
-    double step = second_step * (found->t[1] - found->t[0]);
-    curve_at(shell, curve, place->t + (place->t > found->t[1] - step ? -step : step), &beside);
     derivative[0] = place->tangent;
-    derivative[1] = vec3_scale(1 / (beside.t - place->t), vec3_sub(beside.tangent, place->tangent));
+    derivative[1] = curve_second(shell, curve, place);
     *border = (struct surface_point){.uv = {place->uv[0], place->uv[1]}, .jet = place->jet};
     if (!surface_point_complete(&shell->faces[curve->face].surface, border))
         return false;

@@ -9,10 +9,10 @@ static const double border = 1e-9;
 /* Loops that run along the seam of a closed direction may be off by this share of the domain. */
 static const double seam = 2e-6;
 
-void curve_beyond(const struct shell *shell, const struct face_curve *curve, double from, double t,
-                  struct curve_place *place) {
+/* Its inner parameters and their derivative. */
+static void curve_parameters(const struct shell *shell, const struct face_curve *curve, double from,
+                             double t, struct curve_place *place) {
     const struct surface *surface = &shell->faces[curve->face].surface;
-    struct surface_cursor cursor = {0, 0};
     double outer[2];
     place->t = t;
     if (curve->trim) {
@@ -27,7 +27,14 @@ void curve_beyond(const struct shell *shell, const struct face_curve *curve, dou
             place->uv[k] = t == 1 ? line[1][k] : line[0][k] + t * place->rate[k];
         }
     }
-    surface_jet_at(surface, &cursor, place->uv[0], place->uv[1], &place->jet);
+}
+
+void curve_beyond(const struct shell *shell, const struct face_curve *curve, double from, double t,
+                  struct curve_place *place) {
+    struct surface_cursor cursor = {0, 0};
+    curve_parameters(shell, curve, from, t, place);
+    surface_jet_at(&shell->faces[curve->face].surface, &cursor, place->uv[0], place->uv[1],
+                   &place->jet);
     place->r = place->jet.r;
     place->tangent =
         vec3_axpy(place->rate[1], place->jet.v, vec3_scale(place->rate[0], place->jet.u));
@@ -37,6 +44,24 @@ void curve_at(const struct shell *shell, const struct face_curve *curve, double 
               struct curve_place *place) {
     double within = fmin(fmax(t, curve->range[0]), curve->range[1]);
     curve_beyond(shell, curve, within, within, place);
+}
+
+/* How the parameters bend is taken over this share of the range. */
+static const double bend_step = 1e-4;
+
+struct vec3 curve_second(const struct shell *shell, const struct face_curve *curve,
+                         const struct curve_place *place) {
+    const double *range = curve->range, step = bend_step * (range[1] - range[0]);
+    const double *rate = place->rate, to = place->t + (place->t > range[1] - step ? -step : step);
+    const struct surface_jet *jet = &place->jet;
+    struct curve_place beside;
+    curve_parameters(shell, curve, to, to, &beside);
+    double by = 1 / (to - place->t);
+    struct vec3 second = vec3_scale(rate[0] * rate[0], jet->uu);
+    second = vec3_axpy(2 * rate[0] * rate[1], jet->uv, second);
+    second = vec3_axpy(rate[1] * rate[1], jet->vv, second);
+    second = vec3_axpy(by * (beside.rate[0] - rate[0]), jet->u, second);
+    return vec3_axpy(by * (beside.rate[1] - rate[1]), jet->v, second);
 }
 
 /* Steps shorter than this share of the range do not bring the place nearer. */

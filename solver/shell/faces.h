@@ -124,6 +124,10 @@ struct curve_place {
 void curve_at(const struct shell *shell, const struct face_curve *curve, double t,
               struct curve_place *place);
 
+/* The second derivative of a curve, by t, at a place of it. */
+struct vec3 curve_second(const struct shell *shell, const struct face_curve *curve,
+                         const struct curve_place *place);
+
 /* The point at a share, 0..1, of an edge. */
 static inline void edge_at_share(const struct shell *shell, const struct face_edge *edge,
                                  double share, struct curve_place *place) {
