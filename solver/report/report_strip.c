@@ -217,17 +217,25 @@ static void bring_run_inside(struct report_strip *strip, const struct net_node *
     }
 }
 
+/* The parameters of nodes of one face, or none, from number `at` on. */
+INLINE void add_parameters(struct report_strip *strip, const struct net_node *nodes, int count,
+                           size_t at) {
+    const struct drape_nodes *to = &strip->result->nodes;
+    const struct surface *surface = march_surface(strip->march, nodes);
+    if (!surface || !outer_run(&surface->axis[0], 0, nodes, count, to->u + at) ||
+        !outer_run(&surface->axis[1], 1, nodes, count, to->v + at))
+        bring_run_inside(strip, nodes, count, at);
+}
+
 /* `count` nodes of row y of a tile from x on, which are inside. */
 INLINE void add_run(struct report_strip *strip, const struct net_tile *tile, int x, int y,
                     int count, const struct shear_block *block, const double *shear_deg) {
     const struct drape_nodes *to = &strip->result->nodes;
     const struct net_node *nodes = &tile->node[y][x];
-    const struct surface *surface = march_surface(strip->march, nodes);
     const size_t at = strip->next.nodes;
     const unsigned grown = tile->bits[NET_BIT_GROWN][y] >> x;
     uint8_t *to_grown = to->grown + at;
     int32_t *face = to->face ? to->face + at : NULL;
-    bool one = surface;
     strip->next.nodes += (size_t)count;
     index_run(tile->ti * NET_TILE + x, tile->tj * NET_TILE + y, count, to->i + at, to->j + at);
     copy_run(shear_places(block, 0, x), count, to->x + at);
@@ -236,13 +244,13 @@ INLINE void add_run(struct report_strip *strip, const struct net_tile *tile, int
     copy_run(shear_deg + x, count, to->shear_deg + at);
     for (int n = 0; n < count; n++)
         to_grown[n] = grown >> n & 1;
-    for (int n = 0; n < count && face; n++) {
-        face[n] = nodes[n].face;
-        one = one && face[n] == face[0];
+    if (!face)
+        add_parameters(strip, nodes, count, at);
+    for (int n = 0, end; n < count && face; n = end) { /* of one face after the other */
+        for (end = n; end < count && nodes[end].face == nodes[n].face; end++)
+            face[end] = nodes[end].face;
+        add_parameters(strip, nodes + n, end - n, at + (size_t)n);
     }
-    if (!one || !outer_run(&surface->axis[0], 0, nodes, count, to->u + at) ||
-        !outer_run(&surface->axis[1], 1, nodes, count, to->v + at))
-        bring_run_inside(strip, nodes, count, at);
 }
 
 /* The nodes of row y of a tile, those that are `inside`. Returns the places, as bits, whose shear
