@@ -18,8 +18,9 @@ static const double border_accuracy = 1e-4;
 /* A step longer than this share of the distance to a pole is taken through the pole's chart. */
 static const double pole_share = 0.3;
 
-/* A point this near to a pole, as a share of the surface's size, is the pole. */
-static const double at_pole = 1e-13;
+/* A point this near to a pole is the pole: as a share of the surface's size, and of the magnitude
+ * of coordinates, by which they are rounded. */
+static const double at_pole = 1e-13, at_pole_rounding = 4e-15;
 
 enum { POLE_SAMPLES = 64, POLE_REFINEMENTS = 40, POLE_TURNS = 8, BORDER_ROUNDS = 8 };
 
@@ -244,7 +245,7 @@ static bool search_line(const struct surface *surface, struct surface_cursor *cu
 static bool pull_through_pole(const struct surface *surface, struct surface_cursor *cursor,
                               const struct pole *pole, struct vec3 target, double uv[2]) {
     struct vec3 offset = vec3_sub(target, pole->point), direction = vec3_unit(offset);
-    if (vec3_norm(offset) <= at_pole * surface->size) {
+    if (vec3_norm(offset) <= at_pole * surface->size + at_pole_rounding * surface->magnitude) {
         uv[pole->axis] = pole->x;
         return true;
     }

@@ -386,6 +386,13 @@ static void test_exact_cut_arm_that_all_but_meets_a_pole(void **state) {
     assert_int_equal(cut_dome_is_wrong(20262057), 0);
 }
 
+/* A start on the pole of small faces, which rounding leaves beside it: to the face that its arm did
+ * not lead to it was no place, and the arm of `basic` had arcs in place of equal chords. */
+static void test_exact_cut_start_on_a_pole_but_for_rounding(void **state) {
+    (void)state;
+    assert_int_equal(cut_dome_is_wrong(9900059), 0);
+}
+
 /* Through the apex, draped from there, from next to it and towards it. */
 static void test_exact_cut_domes_have_the_net_of_the_whole(void **state) {
     (void)state;
@@ -619,6 +626,7 @@ int main(void) {
         cmocka_unit_test(test_exact_cut_weights_that_spread_far),
         cmocka_unit_test(test_exact_cut_where_parameters_turn_back),
         cmocka_unit_test(test_exact_cut_arm_that_all_but_meets_a_pole),
+        cmocka_unit_test(test_exact_cut_start_on_a_pole_but_for_rounding),
         cmocka_unit_test(test_exact_cut_node_on_a_pole),
         cmocka_unit_test(test_exact_cut_barrels_hourglasses_and_flanges_are_tubes),
         cmocka_unit_test(test_exact_cut_slit_ends_in_a_hole),
