@@ -38,13 +38,13 @@ static inline struct vec3 vec3_axpy(double s, struct vec3 b, struct vec3 a) {
     return (struct vec3){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z};
 }
 
-/* The corners of the box round a and b. */
+/* The corners of the box round a and b; a number of b that is NaN is left out. */
 static inline struct vec3 vec3_min(struct vec3 a, struct vec3 b) {
-    return (struct vec3){fmin(a.x, b.x), fmin(a.y, b.y), fmin(a.z, b.z)};
+    return (struct vec3){b.x < a.x ? b.x : a.x, b.y < a.y ? b.y : a.y, b.z < a.z ? b.z : a.z};
 }
 
 static inline struct vec3 vec3_max(struct vec3 a, struct vec3 b) {
-    return (struct vec3){fmax(a.x, b.x), fmax(a.y, b.y), fmax(a.z, b.z)};
+    return (struct vec3){b.x > a.x ? b.x : a.x, b.y > a.y ? b.y : a.y, b.z > a.z ? b.z : a.z};
 }
 
 static inline double vec3_dot(struct vec3 a, struct vec3 b) {

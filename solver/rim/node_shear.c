@@ -6,6 +6,44 @@
 /* So many places across are kept at the most: those along the rim of a net of a thousand nodes. */
 enum { LEAST_ACROSS = 8, MOST_ACROSS = 32 };
 
+/* The first of the places `low` to the one before `high` of an increasing column whose value is not
+ * less; `high` where there is none. */
+static size_t first_not_less(const int32_t *column, size_t low, size_t high, int32_t value) {
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        bool less = column[middle] < value;
+        low = less ? middle + 1 : low;
+        high = less ? high : middle;
+    }
+    return low;
+}
+
+/* Where each row of nodes begins, and the last one ends; NULL without memory. */
+static size_t *list_rows(struct arena *arena, const struct drape_nodes *n) {
+    int32_t count = n->count ? n->j[n->count - 1] - n->j[0] + 1 : 0;
+    size_t *rows = arena_take(arena, (size_t)count + 1, sizeof *rows);
+    for (int32_t row = 0; rows && row < count; row++)
+        rows[row] = first_not_less(n->j, row ? rows[row - 1] : 0, n->count, n->j[0] + row);
+    if (rows)
+        rows[count] = n->count;
+    return rows;
+}
+
+/* Which node (i, j) is, at once where its row has no gap before it; the number of nodes where it is
+ * none. */
+static size_t node_number(const struct node_shear *shear, int32_t i, int32_t j) {
+    const struct drape_nodes *n = shear->nodes;
+    if (n->count == 0 || j < n->j[0] || j > n->j[n->count - 1])
+        return n->count;
+    const size_t *row = &shear->rows[j - n->j[0]];
+    if (row[0] == row[1] || i < n->i[row[0]])
+        return n->count;
+    size_t at = row[0] + (size_t)(i - n->i[row[0]]);
+    if (at >= row[1] || n->i[at] != i)
+        at = first_not_less(n->i, row[0], at < row[1] ? at : row[1], i);
+    return at < row[1] && n->i[at] == i ? at : n->count;
+}
+
 enum status node_shear_make(struct march *march, const struct drape_nodes *nodes,
                             struct node_shear *shear) {
     int32_t across = LEAST_ACROSS;
@@ -17,9 +55,10 @@ enum status node_shear_make(struct march *march, const struct drape_nodes *nodes
         .view = net_view(march->net),
         .places = arena_alloc(march->arena, (size_t)(across * across), sizeof *shear->places),
         .across = across,
+        .rows = list_rows(march->arena, nodes),
         .rough = net_has_rough(march->net),
         .order = march->method->yarn == DRAPE_YARN_CHORD ? SHEAR_SECOND : SHEAR_FOURTH};
-    return shear->places ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    return shear->places && shear->rows ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
 /* The angle between the yarns of a ghost in the surface. On a shell its neighbours, as far as it
@@ -80,25 +119,19 @@ static const struct node_shear_place *find_place(struct node_shear *shear, int32
     const struct drape_nodes *n = shear->nodes;
     int32_t wrap = shear->across - 1;
     struct node_shear_place *place = &shear->places[(j & wrap) * shear->across + (i & wrap)];
-    size_t low = 0, high = n->count; /* of the row of the node */
     if (place->searched && place->i == i && place->j == j)
         return place;
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-        bool before = n->j[middle] < j || (n->j[middle] == j && n->i[middle] < i);
-        low = before ? middle + 1 : low;
-        high = before ? high : middle;
-    }
     *place = (struct node_shear_place){.i = i, .j = j, .searched = true, .error_deg = -1};
     net_view_move(&shear->view, i, j);
     int x = i - shear->view.ti * NET_TILE, y = j - shear->view.tj * NET_TILE;
     place->rough =
         shear->rough && net_window_near_rough(&shear->view.window, y, SHEAR_REACH) >> x & 1;
-    place->known = low < n->count && n->i[low] == i && n->j[low] == j;
+    size_t number = node_number(shear, i, j);
+    place->known = number < n->count;
     if (place->known) {
-        place->shear_deg = n->shear_deg[low];
-        place->error_deg = n->shear_error_deg ? n->shear_error_deg[low] : -1;
-        place->grown = n->grown[low];
+        place->shear_deg = n->shear_deg[number];
+        place->error_deg = n->shear_error_deg ? n->shear_error_deg[number] : -1;
+        place->grown = n->grown[number];
     } else {
         place->known = measure_ghost(shear, place, x, y);
     }

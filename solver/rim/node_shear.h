@@ -31,6 +31,7 @@ struct node_shear_cell {
 struct node_shear {
     struct march *march;
     const struct drape_nodes *nodes; /* sorted by j, then i */
+    const size_t *rows; /* the number of the first of each row from theirs on, and of them all */
     struct net_view view;
     struct node_shear_place *places; /* nodes and ghosts, those looked at last, .. */
     int32_t across;                  /* .. of a square, a power of two */

@@ -7,6 +7,7 @@
 #include "solver/fishnet/slide_formulas.h"
 #include "solver/power.h"
 #include "solver/team.h"
+#include "solver/wide.h"
 #include "statistics.h"
 #include <stdlib.h>
 
@@ -23,7 +24,7 @@ struct spread {
 
 static const double bin_width = DRAPE_SHEAR_BIN;
 
-static int bin_of(double shear_deg) {
+INLINE int bin_of(double shear_deg) {
     double in_range = shear_deg < 0 ? 0 : shear_deg > 90 ? 90 : shear_deg;
     return (int)(in_range / bin_width);
 }
@@ -34,10 +35,9 @@ static void spread_to(struct spread *s, int end) {
     s->end = end > s->end ? end : s->end;
 }
 
-/* Area whose shear lies evenly between two values, `mean` in the mean. */
-static void spread_area(struct spread *s, double area, double low, double high, double mean) {
-    int from = bin_of(low), to = bin_of(high) + 1;
-    double each = area / (to - from);
+/* Area that lies evenly in the bins `from` to the one before `to`, `each` in each; its shear is
+ * `mean` in the mean. */
+INLINE void spread_area(struct spread *s, double area, int from, int to, double each, double mean) {
     spread_to(s, to);
     s->change[from] += each;
     s->change[to] -= each;
@@ -135,19 +135,19 @@ static void note_shear(const struct gathering *g, struct sums *sums, bool grown,
 }
 
 /* Whether that would tell anything new. */
-static bool is_notable(const struct gathering *g, const struct sums *sums, bool grown,
+INLINE bool is_notable(const struct gathering *g, const struct sums *sums, bool grown,
                        double shear_deg) {
     return fabs(shear_deg) > sums->most[grown].shear_deg ||
            fabs(shear_deg) > sums->side[shear_deg < 0].shear_deg ||
            statistics_divides(g->statistics);
 }
 
-/* Area whose absolute shear lies evenly between two values; `mean` has its sign. */
-static void spread_signed(const struct gathering *g, struct sums *sums, double area, double low,
-                          double high, double mean) {
-    spread_area(&sums->spread, area, low, high, fabs(mean));
+/* Area whose absolute shear lies evenly in bins, as above; `mean` has its sign. */
+INLINE void spread_signed(const struct gathering *g, struct sums *sums, double area, int from,
+                          int to, double each, double mean) {
+    spread_area(&sums->spread, area, from, to, each, fabs(mean));
     if (g->statistics && mean < 0)
-        spread_area(&sums->negative, area, low, high, fabs(mean));
+        spread_area(&sums->negative, area, from, to, each, fabs(mean));
 }
 
 /* By how much weft that slides is longer, by the sine of the shear; where parallels meet no more
@@ -177,6 +177,105 @@ static void add_turned(const struct gathering *g, struct sums *sums, double area
  * must not depend on who is there to measure them, or sums would. */
 enum { WORTH = 1 << 16, STRETCHES = 8 };
 
+/* Cells side by side in a row, no more than fit in a few lines of the cache, with the numbers of
+ * the nodes at their corners: each below and the one after it, and above alike. */
+enum { RUN = 16 };
+struct cell_run {
+    size_t first, below, above;
+    int count;
+    double share[RUN]; /* of each that is cloth */
+};
+
+/* What is gathered of each of them. */
+struct cell_areas {
+    double area[RUN], each[RUN]; /* all, and in each of the bins */
+    int from[RUN], to[RUN];
+    bool grown[RUN];
+};
+
+/* The cells side by side from number `first` on, before `end`. */
+static int count_run(const struct drape_cells *c, size_t first, size_t end) {
+    int most = end - first < RUN ? (int)(end - first) : RUN, count = most;
+    const int32_t *i = c->i + first, *j = c->j + first;
+    if (i[most - 1] == i[0] + most - 1 && j[most - 1] == j[0])
+        return most;
+    for (count = 1; i[count] == i[0] + count && j[count] == j[0];)
+        count++;
+    return count;
+}
+
+/* The greatest and the least of four. */
+INLINE double most_of(double a, double b, double c, double d) {
+    double ab = a > b ? a : b, cd = c > d ? c : d;
+    return ab > cd ? ab : cd;
+}
+INLINE double least_of(double a, double b, double c, double d) {
+    double ab = a < b ? a : b, cd = c < d ? c : d;
+    return ab < cd ? ab : cd;
+}
+
+/* Loops without branches, so that they become vector instructions. */
+INLINE void measure_run(const struct gathering *g, const struct cell_run *run, int count,
+                        struct cell_areas *to) {
+    const struct drape_nodes *n = &g->result->nodes;
+    const struct drape_cells *c = &g->result->cells;
+    const double *a = n->shear_deg + run->below, *b = n->shear_deg + run->above;
+    const double *wx = c->warp_x + run->first, *wy = c->warp_y + run->first;
+    const double *wz = c->warp_z + run->first, *fx = c->weft_x + run->first;
+    const double *fy = c->weft_y + run->first, *fz = c->weft_z + run->first;
+    double cosine[RUN];
+    for (int k = 0; k < count; k++) {
+        double p = fabs(a[k]), q = fabs(a[k + 1]), r = fabs(b[k]), s = fabs(b[k + 1]);
+        to->from[k] = bin_of(least_of(p, q, r, s));
+        to->to[k] = bin_of(most_of(p, q, r, s)) + 1;
+    }
+    /* by the sine of the yarns' angle, and where weft slides its length */
+    for (int k = 0; k < count; k++) {
+        cosine[k] = wx[k] * fx[k] + wy[k] * fy[k] + wz[k] * fz[k];
+        double square = 1 - cosine[k] * cosine[k];
+        to->area[k] = run->share[k] * sqrt(square > 0 ? square : 0);
+    }
+    for (int k = 0; k < count && g->march->settings->slide > 0; k++)
+        to->area[k] *= stretch_at(g, cosine[k]);
+    for (int k = 0; k < count; k++)
+        to->each[k] = to->area[k] / (to->to[k] - to->from[k]);
+    const uint8_t *low = n->grown + run->below, *high = n->grown + run->above;
+    for (int k = 0; k < count; k++)
+        to->grown[k] = low[k] | low[k + 1] | high[k] | high[k + 1];
+}
+
+/* Most runs are as long as they can be. */
+WIDE_CLONES
+static void measure_cells(const struct gathering *g, const struct cell_run *run,
+                          struct cell_areas *to) {
+    if (run->count == RUN)
+        measure_run(g, run, RUN, to);
+    else
+        measure_run(g, run, run->count, to);
+}
+
+/* Takes in cell k of a run. */
+INLINE void add_run_cell(const struct gathering *g, struct sums *sums, const struct cell_run *run,
+                         const struct cell_areas *areas, int k) {
+    const struct drape_nodes *n = &g->result->nodes;
+    const struct drape_cells *c = &g->result->cells;
+    const size_t at = run->first + (size_t)k;
+    const double area = areas->area[k], own = c->shear_deg[at];
+    spread_signed(g, sums, area, areas->from[k], areas->to[k], areas->each[k], own);
+    sums->flat += run->share[k];
+    sums->grown += areas->grown[k] ? area : 0;
+    add_turned(g, sums, area, vec3_make(c->warp_x[at], c->warp_y[at], c->warp_z[at]),
+               vec3_make(c->weft_x[at], c->weft_y[at], c->weft_z[at]));
+    if (is_notable(g, sums, areas->grown[k], own)) {
+        struct vec3 sum = {0, 0, 0};
+        for (int m = 0; m < 4; m++)
+            sum = vec3_add(sum, node_point(n, (m < 2 ? run->below : run->above) + (size_t)k +
+                                                  (size_t)(m & 1)));
+        note_shear(g, sums, areas->grown[k], own, c->i[at] + 0.5, c->j[at] + 0.5,
+                   vec3_scale(0.25, sum));
+    }
+}
+
 static void add_stretch(void *data, int number) {
     const struct gathering *g = data;
     const struct drape_nodes *n = &g->result->nodes;
@@ -185,40 +284,22 @@ static void add_stretch(void *data, int number) {
     struct sums *sums = &g->of_stretches[number];
     size_t first = (size_t)number * c->count / g->stretches;
     size_t end = (size_t)(number + 1) * c->count / g->stretches;
-    /* nodes of the row of cells and the one above: each cell before has a node of its own */
-    size_t below = first, above = first;
-    for (size_t k = first; k < end; k++) {
-        int32_t i = c->i[k], j = c->j[k];
-        while (next < last && node_comes_before(next->i, next->j, i, j))
-            next++;
-        bool cut = next < last && next->i == i && next->j == j && !next->loose;
-        double share = cut ? next->share : 1;
-        double low = HUGE_VAL, high = 0, own = c->shear_deg[k];
-        bool grown = false;
-        below = seek_node(n, below, i, j);
-        above = seek_node(n, above, i, j + 1);
-        const size_t corner[4] = {below, below + 1, above, above + 1};
-        for (int m = 0; m < 4; m++) {
-            double shear = fabs(n->shear_deg[corner[m]]);
-            low = shear < low ? shear : low;
-            high = shear > high ? shear : high;
-            grown = grown || n->grown[corner[m]];
-        }
-        const struct vec3 warp = {c->warp_x[k], c->warp_y[k], c->warp_z[k]};
-        const struct vec3 weft = {c->weft_x[k], c->weft_y[k], c->weft_z[k]};
-        double cosine = vec3_dot(warp, weft), square = 1 - cosine * cosine;
-        /* by the sine of the yarns' angle, and where weft slides its length */
-        double area = share * sqrt(square > 0 ? square : 0) * stretch_at(g, cosine);
-        spread_signed(g, sums, area, low, high, own);
-        add_turned(g, sums, area, warp, weft);
-        sums->flat += share;
-        sums->grown += grown ? area : 0;
-        if (is_notable(g, sums, grown, own)) {
-            struct vec3 sum = {0, 0, 0};
-            for (int m = 0; m < 4; m++)
-                sum = vec3_add(sum, node_point(n, corner[m]));
-            note_shear(g, sums, grown, own, i + 0.5, j + 0.5, vec3_scale(0.25, sum));
-        }
+    /* of the row of cells and the one above: each cell before has a node of its own */
+    struct cell_run run = {.first = first, .below = first, .above = first};
+    for (; run.first < end; run.first += (size_t)run.count) {
+        struct cell_areas areas;
+        int32_t i = c->i[run.first], j = c->j[run.first];
+        run.count = count_run(c, run.first, end);
+        run.below = seek_node(n, run.below, i, j);
+        run.above = seek_node(n, run.above, i, j + 1);
+        for (int k = 0; k < RUN; k++)
+            run.share[k] = 1;
+        for (; next < last && node_comes_before(next->i, next->j, i + run.count, j); next++)
+            if (next->j == j && next->i >= i && !next->loose)
+                run.share[next->i - i] = next->share;
+        measure_cells(g, &run, &areas);
+        for (int k = 0; k < run.count; k++)
+            add_run_cell(g, sums, &run, &areas, k);
     }
 }
 
@@ -381,7 +462,9 @@ static void add_cut_cells(struct gathering *g) {
         double shear = fabs(shear_deg), half = fabs(shear - fabs(at_rim));
         angle_sincos_deg(90 - shear, &sine, &cosine);
         sine *= stretch_at(g, cosine);
-        spread_signed(g, g->sums, share * sine, shear - half, shear + half, shear_deg);
+        int from = bin_of(shear - half), to = bin_of(shear + half) + 1;
+        double area = share * sine;
+        spread_signed(g, g->sums, area, from, to, area / (to - from), shear_deg);
         g->sums->flat += share;
         g->sums->grown += grown ? share * sine : 0;
         if (!patch->known) /* beside the tip of a cut: corners lie behind it */
