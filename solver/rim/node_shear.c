@@ -138,9 +138,12 @@ static const struct node_shear_place *find_place(struct node_shear *shear, int32
     return place;
 }
 
-/* The places that shear is found between in the cell (i, j). */
-static void load_cell(struct node_shear *shear, int32_t i, int32_t j) {
-    struct node_shear_cell *cell = &shear->cell;
+/* The places that shear is found between in the cell (i, j). Along the rim cells are looked at
+ * again and again in turn with those beside them. */
+static const struct node_shear_cell *load_cell(struct node_shear *shear, int32_t i, int32_t j) {
+    struct node_shear_cell *cell = &shear->cell[(i & 1) + 2 * (j & 1)];
+    if (cell->loaded && cell->i == i && cell->j == j)
+        return cell;
     *cell = (struct node_shear_cell){.i = i, .j = j, .loaded = true, .cubic = true};
     for (int b = 0; b < 4 && cell->cubic; b++)
         for (int a = 0; a < 4 && cell->cubic; a++) {
@@ -155,6 +158,7 @@ static void load_cell(struct node_shear *shear, int32_t i, int32_t j) {
         cell->known[k] = place->known;
         cell->grown = cell->grown || place->grown;
     }
+    return cell;
 }
 
 /* By all of the four by four nodes and ghosts around. */
@@ -170,11 +174,8 @@ static double cubic_between(const struct node_shear_cell *cell, double x, double
 
 bool node_shear_between(struct node_shear *shear, double p, double q, double *shear_deg,
                         bool *grown) {
-    const struct node_shear_cell *cell = &shear->cell;
-    int32_t i = (int32_t)floor(p), j = (int32_t)floor(q);
     double x = p - floor(p), y = q - floor(q), weights = 0, sum = 0;
-    if (!cell->loaded || cell->i != i || cell->j != j)
-        load_cell(shear, i, j);
+    const struct node_shear_cell *cell = load_cell(shear, (int32_t)floor(p), (int32_t)floor(q));
     if (grown)
         *grown = cell->grown;
     for (int k = 0; k < 4; k++) {
@@ -233,6 +234,5 @@ double node_shear_error(struct node_shear *shear, double p, double q) {
     }
     for (int k = 0; k < 16; k++)
         most = fmax(most, find_place(shear, i + k % 4 - 1, j + k / 4 - 1)->error_deg);
-    load_cell(shear, i, j);
-    return beyond_share * most + between_error(&shear->cell);
+    return beyond_share * most + between_error(load_cell(shear, i, j));
 }

@@ -35,7 +35,7 @@ struct node_shear {
     struct net_view view;
     struct node_shear_place *places; /* nodes and ghosts, those looked at last, .. */
     int32_t across;                  /* .. of a square, a power of two */
-    struct node_shear_cell cell;     /* the last one */
+    struct node_shear_cell cell[4];  /* the last ones: (i, j) at i % 2 + 2 (j % 2) */
     bool rough;                      /* the net has rough edges */
     enum shear_order order;          /* of ghosts, as of nodes */
 };

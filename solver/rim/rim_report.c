@@ -142,6 +142,20 @@ INLINE bool is_notable(const struct gathering *g, const struct sums *sums, bool 
            statistics_divides(g->statistics);
 }
 
+/* Whether that of any of `count` places may. */
+INLINE bool any_notable(const struct gathering *g, const struct sums *sums, const uint8_t *grown,
+                        const double *shear_deg, size_t count) {
+    const double most = sums->most[0].shear_deg, of_grown = sums->most[1].shear_deg;
+    const double plus = sums->side[0].shear_deg, minus = -sums->side[1].shear_deg;
+    int64_t any = statistics_divides(g->statistics);
+    for (size_t k = 0; k < count; k++) {
+        double size = fabs(shear_deg[k]);
+        any |= (shear_deg[k] > plus) | (shear_deg[k] < minus) | (size > most) |
+               ((grown[k] != 0) & (size > of_grown));
+    }
+    return any;
+}
+
 /* Area whose absolute shear lies evenly in bins, as above; `mean` has its sign. */
 INLINE void spread_signed(const struct gathering *g, struct sums *sums, double area, int from,
                           int to, double each, double mean) {
@@ -266,13 +280,15 @@ INLINE void add_run_cell(const struct gathering *g, struct sums *sums, const str
     sums->grown += areas->grown[k] ? area : 0;
     add_turned(g, sums, area, vec3_make(c->warp_x[at], c->warp_y[at], c->warp_z[at]),
                vec3_make(c->weft_x[at], c->weft_y[at], c->weft_z[at]));
-    if (is_notable(g, sums, areas->grown[k], own)) {
+    const bool grown = areas->grown[k];
+    if (is_notable(g, sums, grown, own)) {
+        const double p = c->i[at] + 0.5, q = c->j[at] + 0.5;
+        const size_t below = run->below + (size_t)k, above = run->above + (size_t)k;
+        const size_t corner[4] = {below, below + 1, above, above + 1};
         struct vec3 sum = {0, 0, 0};
         for (int m = 0; m < 4; m++)
-            sum = vec3_add(sum, node_point(n, (m < 2 ? run->below : run->above) + (size_t)k +
-                                                  (size_t)(m & 1)));
-        note_shear(g, sums, areas->grown[k], own, c->i[at] + 0.5, c->j[at] + 0.5,
-                   vec3_scale(0.25, sum));
+            sum = vec3_add(sum, node_point(n, corner[m]));
+        note_shear(g, sums, grown, own, p, q, vec3_scale(0.25, sum));
     }
 }
 
@@ -421,6 +437,10 @@ static enum status add_left_out(struct rim *rim, const struct drape_cells *c,
             while (at < c->count && node_comes_before(c->i[at], c->j[at], own.i, own.j))
                 at++;
             bool whole = at < c->count && c->i[at] == own.i && c->j[at] == own.j;
+            size_t rest = (size_t)(cells->cells[k].inner - n), last = at + rest;
+            if (whole && n > 0 && last < c->count && c->j[last] == own.j &&
+                c->i[last] == own.i + (int32_t)rest)
+                break; /* as all those after it */
             if (n > 0)
                 own.share = 1;
             if (n > 0 && (whole || !is_left_out(rim, &own)))
@@ -501,14 +521,18 @@ static void find_most_of_rim(struct gathering *g) {
 }
 
 /* And at the nodes. Within cells there is none that is larger. */
-static void find_most(struct gathering *g) {
+WIDE_CLONES
+static void find_most_of_nodes(struct gathering *g) {
     const struct drape_nodes *n = &g->result->nodes;
-    for (size_t k = 0; k < n->count; k++) {
-        double shear_deg = n->shear_deg[k];
-        if (is_notable(g, g->sums, n->grown[k], shear_deg))
-            note_shear(g, g->sums, n->grown[k], shear_deg, n->i[k], n->j[k], node_point(n, k));
+    for (size_t first = 0; first < n->count; first += RUN) {
+        size_t count = n->count - first < RUN ? n->count - first : RUN;
+        if (!any_notable(g, g->sums, n->grown + first, n->shear_deg + first, count))
+            continue;
+        for (size_t k = first; k < first + count; k++)
+            if (is_notable(g, g->sums, n->grown[k], n->shear_deg[k]))
+                note_shear(g, g->sums, n->grown[k], n->shear_deg[k], n->i[k], n->j[k],
+                           node_point(n, k));
     }
-    find_most_of_rim(g);
 }
 
 /* By how much the greatest shear may be wrong: by its own error, or since it is greater elsewhere.
@@ -589,7 +613,8 @@ static enum status measure_cloth(struct march *march, struct rim *rim,
         statistics->most[k] = 0;
     if (node_shear_make(march, &result->nodes, &g.between) != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
-    find_most(&g);
+    find_most_of_nodes(&g);
+    find_most_of_rim(&g);
     if (add_wholes(&g) != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
     add_cut_cells(&g);

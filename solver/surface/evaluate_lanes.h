@@ -45,15 +45,20 @@ static __attribute__((noinline)) void lanes_jets_apart(const struct surface *sur
                                                        const lanes uv[2], struct lanes_jet *jet) {
     double at[2][LANES];
     int64_t span[2][LANES];
-    lanes_store(uv[0], at[0]);
-    lanes_store(uv[1], at[1]);
-    for (int n = 0; n < 2; n++)
-        for (int k = 0; k < LANES; k++) {
-            const struct surface_axis *axis = &surface->axis[n];
-            int hint = n ? cursor->span_v : cursor->span_u;
+    for (int n = 0; n < 2; n++) {
+        const struct surface_axis *axis = &surface->axis[n];
+        int hint = n ? cursor->span_v : cursor->span_u, known = hint < axis->span_count ? hint : 0;
+        const double *b = axis->breaks + known;
+        lanes_mask there = (uv[n] >= b[0]) & (uv[n] < b[1]);
+        lanes_store(uv[n], at[n]);
+        for (int k = 0; k < LANES; k++)
+            span[n][k] = known;
+        for (unsigned left = LANES_ALL & ~lanes_bits(there); left; left &= left - 1) {
+            int k = __builtin_ctz(left);
             at[n][k] = surface_axis_wrap(axis, at[n][k]);
-            span[n][k] = surface_axis_span(axis, hint, at[n][k]);
+            span[n][k] = surface_axis_span(axis, known, at[n][k]);
         }
+    }
     lanes_mask u, v;
     memcpy(&u, span[0], sizeof u);
     memcpy(&v, span[1], sizeof v);
