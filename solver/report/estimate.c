@@ -48,8 +48,7 @@ static bool error_at(const struct estimate *e, int32_t i, int32_t j, struct erro
     const struct net_node *node = net_view_place(&e->before, i, j);
     if (!node || node->rough == AWAITED)
         return false;
-    for (int k = 0; k < ESTIMATE_MODES; k++)
-        error->of[k] = estimate_error(node, (enum estimate_mode)k);
+    estimate_errors(node, error->of);
     return true;
 }
 
@@ -398,8 +397,9 @@ double estimate_of(const struct net_node *before) {
     return (double)kept.estimate;
 }
 
-struct vec3 estimate_error(const struct net_node *before, enum estimate_mode mode) {
+void estimate_errors(const struct net_node *before, struct vec3 error[ESTIMATE_MODES]) {
     struct kept kept;
     memcpy(&kept, before, sizeof kept);
-    return vec3_make((double)kept.of[0][mode], (double)kept.of[1][mode], (double)kept.of[2][mode]);
+    for (int k = 0; k < ESTIMATE_MODES; k++)
+        error[k] = vec3_make(kept.of[0][k], kept.of[1][k], kept.of[2][k]);
 }

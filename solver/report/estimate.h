@@ -30,7 +30,7 @@ double estimate_of(const struct net_node *before);
  * is the sum of their sizes times their shares. */
 enum estimate_mode { ESTIMATE_KNOWN, ESTIMATE_LONGER, ESTIMATE_APART, ESTIMATE_MODES };
 
-struct vec3 estimate_error(const struct net_node *before, enum estimate_mode mode);
+void estimate_errors(const struct net_node *before, struct vec3 error[ESTIMATE_MODES]);
 extern const double estimate_share_of_known; /* of others 1 */
 
 #endif

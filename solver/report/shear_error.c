@@ -32,41 +32,69 @@ struct around {
     double error[ESTIMATE_MODES][3][AROUND][AROUND];
 };
 
+/* The bits of a row of a window's places. */
+static uint32_t around_bits(const struct net_window *window, int y) {
+    uint64_t row = net_window_row(window, NET_BIT_PLACE, y) >> (NET_TILE - SIDE);
+    return (uint32_t)row & ((1u << AROUND) - 1);
+}
+
+/* The positions of row y, one tile of the window after the other. */
+static void load_row(const struct net_window *net, int y, struct around *a) {
+    static const int first[4] = {-SIDE, 0, NET_TILE, NET_TILE + SIDE};
+    for (int t = 0; t < 3; t++) {
+        const struct net_node *node = net_window_find(net, first[t], y);
+        for (int x = first[t]; x < first[t + 1]; x++) {
+            struct vec3 r = node ? node++->r : vec3_make(0, 0, 0);
+            vec3_to_columns(r, a->r[0][y + SIDE], a->r[1][y + SIDE], a->r[2][y + SIDE],
+                            (size_t)(x + SIDE));
+        }
+    }
+}
+
+/* The errors at the places of row y and next to them; where there is none, 0. */
+static void load_errors(const struct net_window *before, int y, struct around *a) {
+    for (int x = -1; x <= NET_TILE; x++) {
+        struct vec3 error[ESTIMATE_MODES] = {{0, 0, 0}};
+        if (a->known[y + SIDE] >> (x + SIDE) & 1)
+            estimate_errors(net_window_find(before, x, y), error);
+        for (int mode = 0; mode < ESTIMATE_MODES; mode++) {
+            double(*to)[AROUND][AROUND] = a->error[mode];
+            vec3_to_columns(error[mode], to[0][y + SIDE], to[1][y + SIDE], to[2][y + SIDE],
+                            (size_t)(x + SIDE));
+        }
+    }
+}
+
 static void load_around(const struct net_window *net, const struct net_window *before,
                         struct around *a) {
-    for (int y = 0; y < AROUND; y++) {
-        bool crossed = y >= SIDE - 1 && y <= SIDE + NET_TILE;
-        a->place[y] = a->known[y] = 0;
-        for (int x = 0; x < AROUND; x++) {
-            const struct net_node *node = net_window_place(net, x - SIDE, y - SIDE);
-            struct vec3 r = node ? node->r : vec3_make(0, 0, 0);
-            vec3_to_columns(r, a->r[0][y], a->r[1][y], a->r[2][y], (size_t)x);
-            a->place[y] |= (uint32_t)(node != NULL) << x;
-            if (!crossed || x < SIDE - 1 || x > SIDE + NET_TILE)
-                continue;
-            const struct net_node *kept = net_window_place(before, x - SIDE, y - SIDE);
-            a->known[y] |= (uint32_t)(kept != NULL) << x;
-            for (int mode = 0; mode < ESTIMATE_MODES; mode++) {
-                struct vec3 e = kept ? estimate_error(kept, (enum estimate_mode)mode) : r;
-                vec3_to_columns(e, a->error[mode][0][y], a->error[mode][1][y], a->error[mode][2][y],
-                                (size_t)x);
-            }
-        }
+    const uint32_t crossed = ((1u << (NET_TILE + 2)) - 1) << (SIDE - 1);
+    for (int y = -SIDE; y < NET_TILE + SIDE; y++) {
+        bool own = y >= -1 && y <= NET_TILE;
+        a->place[y + SIDE] = around_bits(net, y);
+        a->known[y + SIDE] = own ? around_bits(before, y) & crossed : 0;
+        load_row(net, y, a);
+        if (own)
+            load_errors(before, y, a);
     }
 }
 
 /* The bits of row y that have places from `from` to `to` along a family, each for the tile's own
  * columns: bit x. */
-static uint32_t bits_along(const uint32_t *rows, int y, int family, int from, int to) {
+INLINE uint32_t bits_along(const uint32_t *rows, int y, int family, int from, int to) {
     uint32_t all = (1u << NET_TILE) - 1;
     for (int k = from; k <= to; k++)
         all &= family ? rows[y + SIDE + k] >> SIDE : rows[y + SIDE] >> (SIDE + k);
     return all;
 }
 
-static void lanes_of_bits(uint32_t bits, double lane[NET_TILE]) {
-    for (int x = 0; x < NET_TILE; x++)
-        lane[x] = bits >> x & 1;
+/* Most rows are whole. */
+INLINE void lanes_of_bits(uint32_t bits, double lane[NET_TILE]) {
+    if (bits == (1u << NET_TILE) - 1)
+        for (int x = 0; x < NET_TILE; x++)
+            lane[x] = 1;
+    else
+        for (int x = 0; x < NET_TILE; x++)
+            lane[x] = bits >> x & 1;
 }
 
 /* For a row, of each family: the weights of the fifth differences, those of the place before and
@@ -77,6 +105,7 @@ struct row_weights {
     uint32_t told; /* the places of which the net says something, bits */
 };
 
+WIDE_CLONES
 static void weigh_row(const struct around *a, int y, struct row_weights *w) {
     w->told = bits_along(a->known, y, 0, 0, 0);
     for (int k = 0; k < 2; k++) {
@@ -98,6 +127,36 @@ static void weigh_row(const struct around *a, int y, struct row_weights *w) {
     }
 }
 
+/* The fifth differences of a family from the places on that are up to five before the tile's own,
+ * and what is added of their size to those across. */
+struct fifths {
+    double of[3][NET_TILE + SIDE][NET_TILE + SIDE], passing[NET_TILE + SIDE][NET_TILE + SIDE];
+};
+
+INLINE void find_fifths_along(const struct around *a, int k, int rows, int columns,
+                              struct fifths *f) {
+    int s = k ? AROUND : 1;
+    for (int y = 0; y < rows; y++) {
+        for (int c = 0; c < 3; c++) {
+            const double *p = &a->r[c][y + SIDE - k * SIDE][k * SIDE];
+            double *to = f->of[c][y];
+            for (int x = 0; x < columns; x++)
+                to[x] = p[x + 5 * s] - p[x] + 5 * (p[x + s] - p[x + 4 * s]) +
+                        10 * (p[x + 3 * s] - p[x + 2 * s]);
+        }
+        const double *u = f->of[0][y], *v = f->of[1][y], *w = f->of[2][y];
+        for (int x = 0; x < columns; x++)
+            f->passing[y][x] = passing_share * sqrt(u[x] * u[x] + v[x] * v[x] + w[x] * w[x]);
+    }
+}
+
+/* Each is looked at by six places. */
+WIDE_CLONES
+static void find_fifths(const struct around *a, struct fifths fifths[2]) {
+    find_fifths_along(a, 0, NET_TILE, NET_TILE + SIDE, &fifths[0]);
+    find_fifths_along(a, 1, NET_TILE + SIDE, NET_TILE, &fifths[1]);
+}
+
 /* The step of a row of values along a yarn: over both sides of a place half of it, over one all. */
 INLINE double row_step(const double *at, int x, int step, double back, double ahead) {
     double both = back * ahead, by = both > 0 ? 0.5 : 1;
@@ -107,8 +166,9 @@ INLINE double row_step(const double *at, int x, int step, double back, double ah
 /* Of a row: what the errors of nodes and, in `left`, what stencils leave of the shear, in radians.
  */
 WIDE_CLONES
-static void row_errors(const struct around *a, const struct row_weights *w, int y,
-                       const double spacing[2], double nodes[NET_TILE], double left[NET_TILE]) {
+static void row_errors(const struct around *a, const struct fifths fifths[2],
+                       const struct row_weights *w, int y, const double spacing[2],
+                       double nodes[NET_TILE], double left[NET_TILE]) {
     static const int step[2] = {1, AROUND};
     double along[2][3][NET_TILE], across[2][3][NET_TILE], inverse[NET_TILE];
     for (int k = 0; k < 2; k++)
@@ -135,18 +195,15 @@ static void row_errors(const struct around *a, const struct row_weights *w, int 
         nodes[x] = left[x] = 0;
     }
     for (int k = 0; k < 2; k++) {
-        int s = step[k];
+        const struct fifths *f = &fifths[k];
         double most[NET_TILE] = {0};
         for (int n = 0; n < WINDOWS; n++)
             for (int x = 0; x < NET_TILE; x++) {
-                double dot = 0, square = 0;
-                for (int c = 0; c < 3; c++) {
-                    const double *p = &a->r[c][y + SIDE][SIDE + x] + (n - SIDE) * s;
-                    double d = p[5 * s] - p[0] + 5 * (p[s] - p[4 * s]) + 10 * (p[3 * s] - p[2 * s]);
-                    dot += d * across[k][c][x];
-                    square += d * d;
-                }
-                double size = (fabs(dot) + passing_share * sqrt(square)) * w->window[k][n][x];
+                int row = k ? y + n : y, at = k ? x : x + n;
+                double dot = 0;
+                for (int c = 0; c < 3; c++)
+                    dot += f->of[c][row][at] * across[k][c][x];
+                double size = (fabs(dot) + f->passing[row][at]) * w->window[k][n][x];
                 most[x] = size > most[x] ? size : most[x];
             }
         for (int x = 0; x < NET_TILE; x++)
@@ -184,7 +241,9 @@ void shear_error_of_tile(struct defect_net *net, const struct net_view *before,
     const struct net_tile *tile = window->tile[1][1];
     bool any_rough = net_has_rough(net->net.net);
     struct around around;
+    struct fifths fifths[2];
     load_around(window, &before->window, &around);
+    find_fifths(&around, fifths);
     for (int y = 0; y < NET_TILE; y++) {
         uint32_t inside = tile->bits[NET_BIT_INSIDE][y];
         uint32_t rough = any_rough ? net_window_near_rough(window, y, SHEAR_REACH) : 0;
@@ -193,7 +252,7 @@ void shear_error_of_tile(struct defect_net *net, const struct net_view *before,
         if (!inside)
             continue;
         weigh_row(&around, y, &weights);
-        row_errors(&around, &weights, y, net->spacing, nodes, left);
+        row_errors(&around, fifths, &weights, y, net->spacing, nodes, left);
         for (uint32_t bits = inside; bits; bits &= bits - 1) {
             int x = __builtin_ctz(bits);
             int32_t i = tile->ti * NET_TILE + x, j = tile->tj * NET_TILE + y;
