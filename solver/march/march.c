@@ -230,21 +230,28 @@ static const size_t nodes_least = 1000;
 /* Nets of a shell flatter than this hardly ever meet themselves. */
 static const double flat_enough = 0.9;
 
-/* One net. A shell may be a deep cup, whose nets meet themselves: unless it is flat it is watched,
- * but where a team marches the quadrants at the same time. A net that lies on itself then is
- * marched again and watched from its first node on. Round the cup's wall one that is not watched
- * may go on without an end. */
+/* Whether it is a patch that closes: cloth that goes round it turns back beside the cut. */
+static bool is_closed_patch(const struct march *march) {
+    const struct surface *surface = march->surface;
+    return !march->mesh && !surface->shell && (surface->axis[0].closed || surface->axis[1].closed);
+}
+
+/* One net. A shell may be a deep cup, whose nets meet themselves, as those round a tube do: unless
+ * it is flat it is watched, but where a team marches the quadrants at the same time. A net that
+ * lies on itself then is marched again and watched from its first node on. Round the cup's wall one
+ * that is not watched may go on without an end. */
 static enum status march_net(struct march *march) {
     static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
     bool of_shell = !march->mesh && march->surface->shell, folded = false;
+    bool closed = is_closed_patch(march);
     march->size = part_size(march);
     memcpy(march->length, march->settings->spacing, sizeof march->length);
-    bool deep =
-        of_shell && shell_flatness(march->surface->shell, march->surface->face) < flat_enough;
+    bool deep = closed || (of_shell && shell_flatness(march->surface->shell, march->surface->face) <
+                                           flat_enough);
     march->watched = march->watched || march->mesh || (deep && !march->settings->team) ||
                      (!march->cut.slit && closes_all_round(march->surface));
     const struct march begun = *march;
-    bool unexpected = of_shell && !march->watched;
+    bool unexpected = (of_shell || closed) && !march->watched;
     const double *d = march->settings->spacing;
     march->max_nodes = march->settings->max_nodes;
     if (unexpected) {

@@ -16,7 +16,7 @@
 static const uint64_t SEED = 20261124;
 static const double SAME = 1e-6, SAME_GROWN = 1e-3; /* of a spacing */
 static const double DOMES_MOST = 0.015, PARTS_MOST = 0.02, OVERLAPS_MOST = 0.005,
-                    RINGS_MOST = 0.53; /* that differ */
+                    RINGS_MOST = 0.48; /* that differ */
 static const double GAPS = 4;  /* that a node may be off by, for what a yarn adds up over some */
 static const double MOVED = 4; /* times as far as the whole's when it is moved by: */
 static const double ROUNDING = 1e-13; /* of the size */
@@ -469,6 +469,16 @@ static void test_exact_cut_bands_are_cut_in_their_mirror(void **state) {
         assert_int_equal(cut_ring_is_wrong(seeds[k]), 0);
 }
 
+/* Cloth that goes round a tube turns back beside the cut and lies on itself: in faces it was kept
+ * from that, on the whole it was not. */
+static void test_exact_cut_flanges_whole_do_not_lie_on_themselves(void **state) {
+    (void)state;
+    static const uint64_t seeds[] = {20261152, 20261156, 20261157, 20261174, 20261178, 20261203,
+                                     20261217, 20261255, 20261300, 20261303, 20261337, 20261350};
+    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
+        assert_int_equal(cut_ring_is_wrong(seeds[k]), 0);
+}
+
 /* The net of a whole torus or elbow is cut open along a line of its parameters, that of its faces
  * elsewhere. */
 static void test_exact_cut_rings_have_the_net_of_the_whole(void **state) {
@@ -632,6 +642,7 @@ int main(void) {
         cmocka_unit_test(test_exact_cut_slit_ends_in_a_hole),
         cmocka_unit_test(test_exact_cut_no_crease_beyond_the_boundary),
         cmocka_unit_test(test_exact_cut_bands_are_cut_in_their_mirror),
+        cmocka_unit_test(test_exact_cut_flanges_whole_do_not_lie_on_themselves),
         cmocka_unit_test(test_exact_cut_domes_in_halves_and_quarters),
         cmocka_unit_test(test_exact_cut_torus_in_eight_by_eight_faces),
         cmocka_unit_test(test_exact_cut_domes_have_the_net_of_the_whole),
