@@ -2,11 +2,12 @@
 /*
  * A shell that is a tube is cut open opposite the start, as a surface that is closed one way is
  * (`surface_point_zone`): the cloth that has gone round it from both sides meets there. Where that
- * is, is found on a coarse mesh of it (`mesh/tube_cut.h`); exactly, where the part is its own
- * mirror image about a plane through the start, as all turned parts are: in that plane, however it
- * is cut into faces.
+ * is, is found on a coarse mesh of it (`mesh/tube_cut.h`); exactly, however it is cut into faces,
+ * where the part is its own mirror image about a plane through the start, as all turned parts are:
+ * in that plane; and of other tubes along a line of curvature (`curvature_cut.h`), where there is
+ * one.
  */
-#include "march.h"
+#include "curvature_cut.h"
 
 #include "solver/mesh/tessellation.h"
 #include "solver/mesh/tube_cut.h"
@@ -39,6 +40,12 @@ enum { MIRROR_SAMPLES = 64, ROUNDS = 4 };
  * it bends away from their chord by more than this, in spacings. */
 enum { HALVINGS = 4, PER_EDGE = 1 << HALVINGS };
 static const double bend_most = 0.002;
+
+/* A line of curvature has so many steps along a triangle's side; it is no longer than so many times
+ * the part's size, and its place opposite the start is no further from the mesh's cut than this
+ * share of the girth. */
+enum { STEPS_PER_SIDE = 4 };
+static const double lengths_most = 4, off_most = 1.0 / 6;
 
 /* A place of the cut: parameters of its face, the edge of the mesh it is on, and where it is. */
 struct cut_place {
@@ -196,17 +203,9 @@ static bool is_mirror(const struct cut_pieces *p) {
 /* Such a plane is normal to a direction of principal curvature at the start. */
 static void find_mirror(struct cut_pieces *p) {
     const struct surface_point *start = p->start;
-    struct vec3 a = vec3_unit(start->jet.u), b = vec3_cross(start->normal, a);
-    double along = surface_point_normal_curvature(start, a);
-    double across = surface_point_normal_curvature(start, b);
-    double twist = surface_point_normal_curvature(start, vec3_add(a, b)) - (along + across) / 2;
-    double half = (along - across) / 2, spread = sqrt(half * half + twist * twist);
-    /* (cosine, sine) is the eigenvector of the larger one, the larger of the two by a root */
-    double larger = sqrt((1 + fabs(half) / spread) / 2), smaller = twist / (2 * spread * larger);
-    double cosine = half < 0 ? smaller : larger, sine = half < 0 ? larger : smaller;
-    for (int k = 0; k < 2 && spread > 0; k++) {
-        p->mirror = k ? vec3_axpy(cosine, b, vec3_scale(-sine, a))
-                      : vec3_axpy(cosine, a, vec3_scale(sine, b));
+    struct vec3 principal[2];
+    for (int k = 0; k < 2 && surface_point_principal(start, principal); k++) {
+        p->mirror = principal[k];
         if (is_mirror(p))
             return;
     }
@@ -295,6 +294,54 @@ static bool find_exact_pieces(struct cut_pieces *p, struct arena *arena) {
     return true;
 }
 
+/* ---- along a line of curvature ---- */
+
+/* Whether a place is on the border of the mesh that a half-edge is part of. */
+static bool reaches_border(const struct cut_pieces *p, int32_t half, struct vec3 r) {
+    int32_t at = half;
+    double least = HUGE_VAL;
+    do {
+        least = fmin(least, vec3_distance(mesh_corner_point(p->mesh, at / 3, at % 3), r));
+        at = mesh_next_on_border(p->mesh, at);
+    } while (at != half);
+    return least < p->size;
+}
+
+/* Whether a line leads past the start opposite it, as the mesh's cut does, and from the same border
+ * to the same. */
+static bool line_cuts_tube(const struct cut_pieces *p, const struct mesh_tube_cuts *cuts,
+                           const struct curvature_cut *line) {
+    struct vec3 start = p->start->jet.r;
+    double away = vec3_distance(start, line->opposite), off = HUGE_VAL;
+    for (size_t k = 0; k < p->used; k++)
+        off = fmin(off, vec3_distance(p->place[k].r, line->opposite));
+    if (line->count == 0 || !(off < off_most * line->girth))
+        return false;
+    for (size_t n = 0; n < line->count; n++)
+        for (size_t k = 0; k < line->pieces[n].count; k++)
+            if (vec3_distance(line->pieces[n].r[k], start) < away / 2)
+                return false;
+    const struct shell_slit_piece *last = &line->pieces[line->count - 1];
+    const struct vec3 end[2] = {line->pieces[0].r[0], last->r[last->count - 1]};
+    int32_t from = cuts->slits[0].half[0], to = cuts->slits[cuts->from[1] - 1].half[1];
+    return (reaches_border(p, from, end[0]) && reaches_border(p, to, end[1])) ||
+           (reaches_border(p, from, end[1]) && reaches_border(p, to, end[0]));
+}
+
+/* Puts the line of curvature opposite the start in the place of the mesh's cut, if there is one. */
+static enum status follow_curvature(struct cut_pieces *p, const struct mesh_tube_cuts *cuts,
+                                    struct arena *arena, bool *found) {
+    struct curvature_cut line;
+    double most = lengths_most * shell_size(p->shell);
+    enum status status = curvature_cut_make(p->start, p->size / STEPS_PER_SIDE, most, arena, &line);
+    *found = status == STATUS_OK && line_cuts_tube(p, cuts, &line);
+    if (*found) {
+        p->piece = line.pieces;
+        p->count = line.count;
+    }
+    return status;
+}
+
 static double side_of_squares(const struct surface *surface) {
     const struct shell *shell = surface->shell;
     return sqrt(shell_area(shell, shell_component(shell, surface->face), NULL) / squares);
@@ -344,7 +391,10 @@ static enum status open_tube(struct march *march) {
         pieces.piece[pieces.count - 1].ends = true;
     }
     find_mirror(&pieces);
-    if (!find_exact_pieces(&pieces, march->arena))
+    bool curved = vec3_norm2(pieces.mirror) == 0 && cuts.count == 1;
+    if (curved)
+        status = follow_curvature(&pieces, &cuts, march->arena, &curved);
+    if (status != STATUS_OK || (!curved && !find_exact_pieces(&pieces, march->arena)))
         return STATUS_OUT_OF_MEMORY;
     const struct shell_slit_lines lines = {.pieces = pieces.piece,
                                            .count = pieces.count,

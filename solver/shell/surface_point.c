@@ -354,6 +354,20 @@ double surface_point_curvature(struct surface_cursor *cursor, const struct surfa
     return surface_point_normal_curvature(moved ? &on : point, direction);
 }
 
+bool surface_point_principal(const struct surface_point *point, struct vec3 direction[2]) {
+    struct vec3 a = vec3_unit(point->jet.u), b = vec3_cross(point->normal, a);
+    double along = surface_point_normal_curvature(point, a);
+    double across = surface_point_normal_curvature(point, b);
+    double twist = surface_point_normal_curvature(point, vec3_add(a, b)) - (along + across) / 2;
+    double half = (along - across) / 2, spread = sqrt(half * half + twist * twist);
+    /* (cosine, sine) is the eigenvector of the larger one, the larger of the two by a root */
+    double larger = sqrt((1 + fabs(half) / spread) / 2), smaller = twist / (2 * spread * larger);
+    double cosine = half < 0 ? smaller : larger, sine = half < 0 ? larger : smaller;
+    direction[0] = vec3_axpy(cosine, a, vec3_scale(sine, b));
+    direction[1] = vec3_axpy(cosine, b, vec3_scale(-sine, a));
+    return spread > 0;
+}
+
 /* A place of a part's boundary: the point, and the curvature of the boundary there, as a vector. */
 struct border {
     struct surface_point point;

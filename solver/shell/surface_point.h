@@ -82,6 +82,10 @@ bool surface_point_move(struct surface_cursor *cursor, const struct surface_poin
 double surface_point_curvature(struct surface_cursor *cursor, const struct surface_point *point,
                                struct vec3 direction);
 
+/* The unit directions of principal curvature at a point: that of the larger one first. False where
+ * all normal curvatures are equal. */
+bool surface_point_principal(const struct surface_point *point, struct vec3 direction[2]);
+
 /* The distance from `point` to the nearest pole, and that pole; infinite when there is none. */
 double surface_point_pole_distance(const struct surface *surface, struct vec3 point,
                                    struct vec3 *pole);

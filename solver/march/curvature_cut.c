@@ -1,0 +1,225 @@
+/* SPDX-License-Identifier: MIT */
+#include "curvature_cut.h"
+
+#include "solver/path/path.h"
+#include "solver/shell/crossing.h"
+#include <string.h>
+
+/* Normal curvatures that differ by less than this share of themselves have no directions of their
+ * own. */
+static const double roundest = 1e-3;
+
+/* From step to step, and over joints, a line turns by less than 26 degrees. */
+static const double straight_cosine = 0.9;
+
+/* Halvings of a step that find where it leaves a face, and by what share of it the next face is
+ * entered. */
+enum { HALVINGS_TO_EDGE = 48 };
+static const double past_edge = 1e-6;
+
+/* Places that a line may have, and how many of its steps one round the section has. */
+enum { PLACES_MOST = 20000, STEPS_ROUND = 4 };
+
+/* A line of curvature on its way, of which places are kept where there is room. */
+struct curvature_line {
+    struct surface_cursor cursor;
+    struct surface_point at;
+    struct vec3 along; /* unit */
+    double step;
+    struct shell_slit_piece *pieces;
+    double (*uv)[2];
+    struct vec3 *r;
+    size_t count, used, room; /* pieces, places, and room for both */
+};
+
+/* The directions of principal curvature, where these differ. */
+static bool find_principal(const struct surface_point *point, struct vec3 principal[2]) {
+    double mean, half;
+    surface_point_principal_curvatures(point, &mean, &half);
+    return half > roundest * fabs(mean) && surface_point_principal(point, principal);
+}
+
+/* That of them which is next to `near`. */
+static bool principal_near(const struct surface_point *point, struct vec3 near,
+                           struct vec3 *direction) {
+    struct vec3 principal[2];
+    if (!find_principal(point, principal))
+        return false;
+    bool second = fabs(vec3_dot(principal[1], near)) > fabs(vec3_dot(principal[0], near));
+    double cosine = vec3_dot(principal[second], near);
+    *direction = vec3_scale(cosine < 0 ? -1 : 1, principal[second]);
+    return fabs(cosine) > straight_cosine;
+}
+
+/* Where a step of the length h leads, by the Runge-Kutta method of fourth order in the parameters
+ * of the face. */
+static bool step_along(struct curvature_line *line, double h, struct surface_point *to,
+                       struct vec3 *along) {
+    static const double before[4] = {0, 0.5, 0.5, 1}, weight[4] = {1, 2, 2, 1};
+    double rate[2] = {0, 0}, sum[2] = {0, 0}, uv[2];
+    for (int stage = 0; stage < 4; stage++) {
+        for (int k = 0; k < 2; k++)
+            uv[k] = line->at.uv[k] + before[stage] * h * rate[k];
+        if (!surface_point_at(line->at.surface, &line->cursor, uv, to) ||
+            !principal_near(to, line->along, along) || !surface_point_components(to, *along, rate))
+            return false;
+        for (int k = 0; k < 2; k++)
+            sum[k] += weight[stage] / 6 * rate[k];
+    }
+    for (int k = 0; k < 2; k++)
+        uv[k] = line->at.uv[k] + h * sum[k];
+    return surface_point_at(line->at.surface, &line->cursor, uv, to) &&
+           principal_near(to, line->along, along);
+}
+
+static bool keep_place(struct curvature_line *line) {
+    if (line->room == 0)
+        return true;
+    if (line->used == line->room)
+        return false;
+    memcpy(line->uv[line->used], line->at.uv, sizeof *line->uv);
+    line->r[line->used++] = line->at.jet.r;
+    line->pieces[line->count - 1].count++;
+    return true;
+}
+
+static bool begin_piece(struct curvature_line *line, bool begins) {
+    if (line->room > 0 && line->used < line->room)
+        line->pieces[line->count++] = (struct shell_slit_piece){.face = line->at.surface->face,
+                                                                .uv = line->uv + line->used,
+                                                                .r = line->r + line->used,
+                                                                .begins = begins};
+    return keep_place(line);
+}
+
+/* Goes on to the edge of the face that a step crosses, and over it: to the next face, or nowhere on
+ * the shell's boundary. */
+static bool cross_edge(struct curvature_line *line, bool *ends) {
+    double inside = 0, outside = line->step;
+    struct surface_point to;
+    struct crossing crossing;
+    struct vec3 along;
+    for (int k = 0; k < HALVINGS_TO_EDGE; k++) {
+        double middle = (inside + outside) / 2;
+        if (!step_along(line, middle, &to, &along))
+            return false;
+        bool within = crossing_within(to.surface, to.uv);
+        inside = within ? middle : inside;
+        outside = within ? outside : middle;
+    }
+    if (!step_along(line, fmin(outside + past_edge * line->step, line->step), &to, &along))
+        return false;
+    struct surface_point beyond = to;
+    crossing_find(&to, NULL, &crossing);
+    *ends = crossing.kind == CROSSING_FREE;
+    if (!step_along(line, inside, &to, &line->along))
+        return false;
+    line->at = to;
+    if (!keep_place(line))
+        return false;
+    if (*ends || crossing.kind == CROSSING_NONE)
+        return true;
+    along = crossing_turn(&crossing, along);
+    if (!crossing_settle(&line->cursor, &beyond) || beyond.surface == line->at.surface)
+        return false;
+    line->at = beyond;
+    return principal_near(&line->at, along, &line->along) && begin_piece(line, false);
+}
+
+/* Goes on along the line to the shell's boundary. */
+static bool follow(struct curvature_line *line, double most) {
+    bool ends = false;
+    for (double gone = 0; gone < most && !ends; gone += line->step) {
+        struct surface_point to;
+        struct vec3 along;
+        if (!step_along(line, line->step, &to, &along))
+            return false;
+        if (!crossing_within(to.surface, to.uv)) {
+            if (!cross_edge(line, &ends))
+                return false;
+            continue;
+        }
+        line->at = to;
+        line->along = along;
+        if (!keep_place(line))
+            return false;
+    }
+    return ends;
+}
+
+/* The girth of the tube: the length of its section through the start by a plane; 0 where that does
+ * not come back within the length `most`. */
+static double girth_in(const struct surface_point *start, struct vec3 plane, double step,
+                       double most) {
+    struct surface_cursor cursor = {0};
+    struct path path;
+    struct surface_point at;
+    struct vec3 tangent;
+    struct crossing crossing;
+    if (!path_section(&path, start->surface, start, plane, vec3_cross(plane, start->normal)))
+        return 0;
+    for (double gone = step; gone < most; gone += step) {
+        if (!path_advance(&path, step) || !path_surface_point(&path, &cursor, &at, &tangent))
+            return 0;
+        crossing_find(&at, NULL, &crossing);
+        if (crossing.kind == CROSSING_FREE)
+            return 0;
+        struct vec3 to = vec3_sub(start->jet.r, at.jet.r);
+        double ahead = vec3_dot(to, tangent);
+        if (gone < 3 * step || vec3_norm(to) > 1.5 * step || !(ahead >= 0) || ahead > step)
+            continue;
+        if (!path_advance(&path, ahead) || !path_surface_point(&path, &cursor, &at, &tangent))
+            return 0;
+        to = vec3_sub(start->jet.r, at.jet.r);
+        ahead += vec3_dot(to, tangent);
+        return vec3_norm(to) < step / 4 ? gone + ahead : 0;
+    }
+    return 0;
+}
+
+/* The place half way round, and which way the tube goes there; the girth, 0 where there is none. */
+static double find_opposite(const struct surface_point *start, double step, double most,
+                            struct curvature_line *line) {
+    struct vec3 principal[2], plane = {0, 0, 0}, tangent;
+    double girth = 0;
+    struct path path;
+    if (!find_principal(start, principal))
+        return 0;
+    for (int k = 0; k < 2; k++) {
+        double own = girth_in(start, principal[k], step, girth > 0 ? girth : most);
+        plane = own > 0 ? principal[k] : plane;
+        girth = own > 0 ? own : girth;
+    }
+    bool found =
+        girth > 0 &&
+        path_section(&path, start->surface, start, plane, vec3_cross(plane, start->normal)) &&
+        path_advance(&path, girth / 2) &&
+        path_surface_point(&path, &line->cursor, &line->at, &tangent) &&
+        crossing_settle(&line->cursor, &line->at) &&
+        principal_near(&line->at, vec3_cross(line->at.normal, tangent), &line->along);
+    return found ? girth : 0;
+}
+
+/* First from the place opposite the start to one border, and then from there to the other. */
+enum status curvature_cut_make(const struct surface_point *start, double step, double most,
+                               struct arena *arena, struct curvature_cut *cut) {
+    struct curvature_line line = {.step = step};
+    *cut = (struct curvature_cut){.girth = find_opposite(start, STEPS_ROUND * step, most, &line)};
+    cut->opposite = line.at.jet.r;
+    for (int k = 0; k < 2 && cut->girth > 0; k++)
+        line.at.uv[k] = surface_axis_wrap(&line.at.surface->axis[k], line.at.uv[k]);
+    if (!(cut->girth > 0) || !follow(&line, most))
+        return STATUS_OK;
+    line.room = (size_t)fmin(2 * most / step, PLACES_MOST);
+    line.along = vec3_scale(-1, line.along);
+    line.pieces = arena_alloc(arena, line.room, sizeof *line.pieces);
+    line.uv = arena_alloc(arena, line.room, sizeof *line.uv);
+    line.r = arena_alloc(arena, line.room, sizeof *line.r);
+    if (!line.pieces || !line.uv || !line.r)
+        return STATUS_OUT_OF_MEMORY;
+    bool arrives = begin_piece(&line, true) && follow(&line, 2 * most);
+    line.pieces[line.count - 1].ends = true;
+    cut->pieces = line.pieces;
+    cut->count = arrives ? line.count : 0;
+    return STATUS_OK;
+}
