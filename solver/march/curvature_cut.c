@@ -200,9 +200,34 @@ static double find_opposite(const struct surface_point *start, double step, doub
     return found ? girth : 0;
 }
 
+/* Goes on from the shell's boundary over the face's continuation, as long as it leads somewhere. */
+static bool follow_beyond(const struct curvature_line *from, double length, bool before,
+                          struct arena *arena, struct shell_slit_piece *piece) {
+    struct curvature_line line = *from;
+    size_t room = (size_t)(length / line.step) + 1;
+    double(*uv)[2] = arena_alloc(arena, room, sizeof *uv);
+    struct vec3 *r = arena_alloc(arena, room, sizeof *r), along;
+    struct surface_point to = line.at;
+    if (!uv || !r)
+        return false;
+    size_t count = 0;
+    do {
+        line.at = to;
+        line.along = count > 0 ? along : line.along;
+        size_t at = before ? room - 1 - count : count;
+        memcpy(uv[at], to.uv, sizeof *uv);
+        r[at] = to.jet.r;
+        count++;
+    } while (count < room && step_along(&line, line.step, &to, &along));
+    size_t first = before ? room - count : 0;
+    *piece = (struct shell_slit_piece){
+        .face = line.at.surface->face, .uv = uv + first, .r = r + first, .count = count};
+    return true;
+}
+
 /* First from the place opposite the start to one border, and then from there to the other. */
 enum status curvature_cut_make(const struct surface_point *start, double step, double most,
-                               struct arena *arena, struct curvature_cut *cut) {
+                               double beyond, struct arena *arena, struct curvature_cut *cut) {
     struct curvature_line line = {.step = step};
     *cut = (struct curvature_cut){.girth = find_opposite(start, STEPS_ROUND * step, most, &line)};
     cut->opposite = line.at.jet.r;
@@ -210,6 +235,8 @@ enum status curvature_cut_make(const struct surface_point *start, double step, d
         line.at.uv[k] = surface_axis_wrap(&line.at.surface->axis[k], line.at.uv[k]);
     if (!(cut->girth > 0) || !follow(&line, most))
         return STATUS_OK;
+    if (!follow_beyond(&line, beyond, true, arena, &cut->beyond[0]))
+        return STATUS_OUT_OF_MEMORY;
     line.room = (size_t)fmin(2 * most / step, PLACES_MOST);
     line.along = vec3_scale(-1, line.along);
     line.pieces = arena_alloc(arena, line.room, sizeof *line.pieces);
@@ -221,5 +248,6 @@ enum status curvature_cut_make(const struct surface_point *start, double step, d
     line.pieces[line.count - 1].ends = true;
     cut->pieces = line.pieces;
     cut->count = arrives ? line.count : 0;
-    return STATUS_OK;
+    return follow_beyond(&line, beyond, false, arena, &cut->beyond[1]) ? STATUS_OK
+                                                                       : STATUS_OUT_OF_MEMORY;
 }

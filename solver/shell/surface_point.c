@@ -466,7 +466,7 @@ static enum surface_point_zone zone_round(const struct surface *surface, int k, 
         return SURFACE_POINT_INSIDE;
     double turns = fabs(to - from) / surface_point_cut_turn(surface, k);
     return turns <= 1 + SURFACE_POINT_BOUNDARY_WIDTH ? SURFACE_POINT_INSIDE
-           : turns <= 2                              ? SURFACE_POINT_GHOST
+           : turns <= 3                              ? SURFACE_POINT_GHOST
                                                      : SURFACE_POINT_BEYOND;
 }
 
