@@ -409,6 +409,18 @@ double march_slide_excess(struct march *march, const struct march_cell *at);
 bool march_straight_on(struct march *march, const struct surface_point *from, struct vec3 direction,
                        int di, int dj, struct surface_point *point, enum drape_reason *reason);
 
+/* The same by the yarn that comes to (i, j), which is at `from`, from the other side, by its two
+ * edges before. Not where it lies along the yarn that it crosses there: it would only wind on
+ * beside that. */
+bool march_goes_on(struct march *march, int32_t i, int32_t j, int di, int dj,
+                   const struct surface_point *from, struct surface_point *to,
+                   enum drape_reason *reason);
+
+/* Notes how a node that is placed after the quadrants' came about, for the estimate of its error,
+ * and whether it has grown. Errors: STATUS_OUT_OF_MEMORY. */
+enum status march_note_step(struct march *march, int32_t i, int32_t j, int di, int dj,
+                            enum march_way way, bool grown) STATUS_MUST_USE;
+
 /*
  * The same on a mesh (march_mesh.c). A point there has its triangle as uv[0]; on flat triangles
  * neither derivatives nor curvature, on the smooth surface two orthonormal tangents as r_u and r_v

@@ -48,10 +48,14 @@ static bool advance_stop(struct march *march, struct stop *stop, double d) {
     return path_advance(&stop->path, d) && find_stop_point(march, stop);
 }
 
+/* A yarn that goes straight on and whose chord is this share of its arc's has not gone round a
+ * corner and come back, where ends may be alike over no arc. Generators may bend sideways. */
+static const double not_back = 0.99;
+
 /* Notes for march_place whether the edge to the neighbour on the side (di, dj), along which a path
- * went, is rough. */
+ * went, is rough: no arc or with a chord that is less than this share of the arc's. */
 static void note_path_edge(struct march *march, const struct stop *from, const struct stop *to,
-                           int di, int dj) {
+                           int di, int dj, double least) {
     const struct surface_point *start = &from->point, *end = &to->point;
     double d = march->length[dj != 0], chord = d, curvature;
     march->edges.rough = 0;
@@ -62,7 +66,8 @@ static void note_path_edge(struct march *march, const struct stop *from, const s
                     ? !rough_is_fold(start, end, d)
                     : rough_is_arc(start, end, curvature, d) ||
                           rough_edge(start, end, curvature, d, &chord) < ROUGH_UNEVEN;
-    if (even)
+    least *= fmin(chord, fishnet_arc_chord(d, curvature));
+    if (even && vec3_distance(start->jet.r, end->jet.r) >= least)
         return;
     march_note_edge(march, di ? 0 : 1, di + dj,
                     fishnet_path_tangent(&from->path, start, from->tangent),
@@ -118,7 +123,7 @@ bool march_straight_on(struct march *march, const struct surface_point *from, st
         *reason = why_path_ended(march, &end.path, d);
         return false;
     }
-    note_path_edge(march, &start, &end, di, dj);
+    note_path_edge(march, &start, &end, di, dj, not_back);
     *point = end.point;
     return true;
 }
@@ -279,7 +284,7 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
                                                          : DRAPE_REASON_BOUNDARY);
     const struct surface_point *point = march->mesh ? &on_mesh : &arm->at.point;
     if (!march->mesh)
-        note_path_edge(march, &before, &arm->at, arm->di, arm->dj);
+        note_path_edge(march, &before, &arm->at, arm->di, arm->dj, 0);
     if (march_is_parted(march, i, j, -arm->di, -arm->dj, point))
         return STATUS_OK;
     enum status status = march_place(march, i, j, point, &zone);

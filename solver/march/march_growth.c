@@ -103,10 +103,11 @@ static enum status push_around(struct growth *g, int32_t i, int32_t j) {
     return status;
 }
 
-/* Notes how a node came about, for the estimate of its error. */
-static enum status note_step(struct march *march, int32_t i, int32_t j, int di, int dj,
-                             enum march_way way) {
+enum status march_note_step(struct march *march, int32_t i, int32_t j, int di, int dj,
+                            enum march_way way, bool grown) {
     struct march_steps *steps = &march->grown;
+    if (grown)
+        net_mark_grown(march->net, i, j);
     if (!march->first)
         return STATUS_OK;
     if (steps->count == steps->room &&
@@ -142,8 +143,10 @@ static enum status push_waiting(struct growth *g) {
 
 /* The neighbour on the side (di, dj) from which a yarn comes to the node at (i, j); NULL where
  * there is none, or a cut between. */
-static const struct net_node *yarn_from(struct net *net, int32_t i, int32_t j, int di, int dj) {
-    const struct net_node *node = net_place(net, i, j), *next = net_place(net, i + di, j + dj);
+static const struct net_node *yarn_from(const struct march *march, int32_t i, int32_t j, int di,
+                                        int dj) {
+    const struct net_node *node = march_node_at(march, i, j);
+    const struct net_node *next = march_node_at(march, i + di, j + dj);
     bool comes = node && next && !net_is_parted_to(node, next, di ? 0 : 1, di + dj > 0);
     return comes ? next : NULL;
 }
@@ -193,9 +196,8 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j) {
         tried = true;
         if (zone == SURFACE_POINT_BEYOND)
             continue;
-        if (a->grown || b->grown || c->grown)
-            net_mark_grown(net, i, j);
-        enum status status = note_step(march, i, j, si, sj, MARCH_CELL);
+        bool grown = a->grown || b->grown || c->grown;
+        enum status status = march_note_step(march, i, j, si, sj, MARCH_CELL, grown);
         return status == STATUS_OK ? push_around(g, i, j) : status;
     }
     if (tried)
@@ -206,8 +208,8 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j) {
         const struct net_node *from = round[1 - dj][1 - di];
         if (!from || from->state != NET_INSIDE)
             continue;
-        bool goes_on = yarn_from(net, fi, fj, -di, -dj);
-        bool crosses = yarn_from(net, fi, fj, -dj, -di) || yarn_from(net, fi, fj, dj, di);
+        bool goes_on = yarn_from(march, fi, fj, -di, -dj);
+        bool crosses = yarn_from(march, fi, fj, -dj, -di) || yarn_from(march, fi, fj, dj, di);
         if (!goes_on && !crosses)
             continue;
         if (g->waiting_length == g->waiting_room &&
@@ -254,14 +256,13 @@ static bool yarn_between(struct march *march, int32_t i, int32_t j, int di, int 
  * turned by half the angle by which it turns sideways at the node before; on a mesh the one-sided
  * difference of second order where there are three nodes, but over folds of flat triangles. Zero
  * when it is not known. */
-static struct vec3 yarn_end(struct march *march, const struct free_end *e,
+static struct vec3 yarn_end(struct march *march, int32_t i_end, int32_t j_end, int di, int dj,
                             const struct surface_point *from) {
-    int di = e->di, dj = e->dj;
-    int32_t i = e->i - di, j = e->j - dj;
+    int32_t i = i_end - di, j = j_end - dj;
     struct surface_point last, first;
     struct vec3 before, onward, end, arrive;
-    const struct net_node *node = yarn_from(march->net, e->i, e->j, -di, -dj);
-    const struct net_node *third = node ? yarn_from(march->net, i, j, -di, -dj) : NULL;
+    const struct net_node *node = yarn_from(march, i_end, j_end, -di, -dj);
+    const struct net_node *third = node ? yarn_from(march, i, j, -di, -dj) : NULL;
     if (!node)
         return vec3_make(0, 0, 0);
     if (march->mesh && (march->smooth || !march_mesh_folds(march))) {
@@ -284,10 +285,8 @@ static struct vec3 yarn_end(struct march *march, const struct free_end *e,
 static struct vec3 direction_across(struct march *march, const struct free_end *e,
                                     const struct surface_point *from) {
     int8_t di = e->dj != 0, dj = e->di != 0;
-    const struct net_node *ahead = yarn_from(march->net, e->i, e->j, di, dj);
-    const struct net_node *behind = yarn_from(march->net, e->i, e->j, -di, -dj);
-    struct free_end forward = {e->i, e->j, (int8_t)-di, (int8_t)-dj, false, 0};
-    struct free_end backward = {e->i, e->j, di, dj, false, 0};
+    const struct net_node *ahead = yarn_from(march, e->i, e->j, di, dj);
+    const struct net_node *behind = yarn_from(march, e->i, e->j, -di, -dj);
     struct vec3 along = {0, 0, 0}, normal = from->normal, to[2];
     double sine, cosine, sign = e->di + e->dj;
     if (ahead && behind && !march->mesh && march_yarn(march, e->i, e->j, di, dj, from, &to[0]) &&
@@ -296,13 +295,40 @@ static struct vec3 direction_across(struct march *march, const struct free_end *
     else if (ahead && behind)
         along = vec3_sub(ahead->r, behind->r);
     else if (ahead)
-        along = vec3_scale(-1, yarn_end(march, &forward, from));
+        along = vec3_scale(-1, yarn_end(march, e->i, e->j, -di, -dj, from));
     else if (behind)
-        along = yarn_end(march, &backward, from);
+        along = yarn_end(march, e->i, e->j, di, dj, from);
     along = vec3_unit(vec3_axpy(-vec3_dot(along, normal), normal, along));
     angle_sincos_deg(90 - march->settings->pre_shear_deg, &sine, &cosine);
     struct vec3 left = vec3_scale(e->dj ? sine : -sine, vec3_cross(normal, along));
     return vec3_scale(sign, vec3_axpy(cosine, along, left));
+}
+
+/* The place one spacing on along a direction. */
+static bool step_on(struct march *march, int32_t i, int32_t j, int di, int dj,
+                    const struct surface_point *from, struct vec3 direction,
+                    struct surface_point *to, enum drape_reason *reason) {
+    if (dj)
+        march->length[1] = march_slide_length(march, i, j, from, direction);
+    bool gone = march_straight_on(march, from, direction, di, dj, to, reason);
+    march->length[1] = march->settings->spacing[1];
+    return gone;
+}
+
+/* Over a fold chords say little: there it is asked how the other yarn leaves. */
+bool march_goes_on(struct march *march, int32_t i, int32_t j, int di, int dj,
+                   const struct surface_point *from, struct surface_point *to,
+                   enum drape_reason *reason) {
+    struct vec3 direction = yarn_end(march, i, j, di, dj, from), across;
+    *reason = DRAPE_REASON_COLLAPSED;
+    for (int side = -1; side <= 1; side += 2) {
+        const struct net_node *node = yarn_from(march, i, j, side * dj, side * di);
+        if (node && is_flat(vec3_sub(node->r, from->jet.r), direction) &&
+            (march->mesh || !march_yarn(march, i, j, side * dj, side * di, from, &across) ||
+             is_flat(across, direction)))
+            return false;
+    }
+    return step_on(march, i, j, di, dj, from, direction, to, reason);
 }
 
 /* A yarn's next node, one spacing straight on, unless it would lie beyond the extent or beside a
@@ -326,24 +352,9 @@ static enum status reach_end(struct growth *g, const struct free_end *e) {
     }
     if (!march_point(march, e->i, e->j, &from))
         return e->begins ? STATUS_OK : march_fail(march, i, j, DRAPE_REASON_DEGENERATE);
-    struct vec3 direction =
-        e->begins ? direction_across(march, e, &from) : yarn_end(march, e, &from);
-    /* One that crosses another at its end under an angle at which cells have all but collapsed
-     * would only wind on beside it. Over a fold chords say little: there it is asked how the other
-     * yarn leaves. */
-    for (int side = -1; side <= 1 && !e->begins; side += 2) {
-        int di = side * e->dj, dj = side * e->di;
-        const struct net_node *node = yarn_from(march->net, e->i, e->j, di, dj);
-        struct vec3 across;
-        if (node && is_flat(vec3_sub(node->r, from.jet.r), direction) &&
-            (march->mesh || !march_yarn(march, e->i, e->j, di, dj, &from, &across) ||
-             is_flat(across, direction)))
-            return march_fail(march, i, j, DRAPE_REASON_COLLAPSED);
-    }
-    if (e->dj)
-        march->length[1] = march_slide_length(march, e->i, e->j, &from, direction);
-    bool gone = march_straight_on(march, &from, direction, e->di, e->dj, &to, &reason);
-    march->length[1] = march->settings->spacing[1];
+    bool gone = e->begins ? step_on(march, e->i, e->j, e->di, e->dj, &from,
+                                    direction_across(march, e, &from), &to, &reason)
+                          : march_goes_on(march, e->i, e->j, e->di, e->dj, &from, &to, &reason);
     if (!gone)
         return e->begins ? STATUS_OK : march_fail(march, i, j, reason);
     if (march_is_parted(march, i, j, -e->di, -e->dj, &to))
@@ -353,8 +364,8 @@ static enum status reach_end(struct growth *g, const struct free_end *e) {
         status = march_place(march, i, j, &to, &zone);
     if (status != STATUS_OK || zone == SURFACE_POINT_BEYOND)
         return status;
-    net_mark_grown(march->net, i, j);
-    status = note_step(march, i, j, e->di, e->dj, e->begins ? MARCH_ACROSS : MARCH_STRAIGHT);
+    status =
+        march_note_step(march, i, j, e->di, e->dj, e->begins ? MARCH_ACROSS : MARCH_STRAIGHT, true);
     return status == STATUS_OK ? push_around(g, i, j) : status;
 }
 
@@ -448,7 +459,7 @@ enum status march_growth(struct march *march) {
         if (status != STATUS_OK || !g.heap_length)
             break;
         struct free_end end = pop_end(&g);
-        end.begins = end.begins && !yarn_from(march->net, end.i, end.j, -end.di, -end.dj);
+        end.begins = end.begins && !yarn_from(march, end.i, end.j, -end.di, -end.dj);
         if (net_state_at(march->net, end.i + end.di, end.j + end.dj) != NET_UNKNOWN)
             continue;
         status = reach_end(&g, &end);

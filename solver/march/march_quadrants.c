@@ -17,9 +17,8 @@
 static const int32_t worth_a_wave = 32, worth_few = 12;
 enum { FEW = 4 };
 
-/* The place (i, j), counted from the start away along the arms; NULL where nothing was put. On the
- * arms it is read from the quadrant's copy: those tiles belong to others. */
-static const struct net_node *quadrant_node(struct quadrant *q, int32_t i, int32_t j) {
+/* On the arms it is read from the quadrant's copy: those tiles belong to others. */
+const struct net_node *quadrant_node(struct quadrant *q, int32_t i, int32_t j) {
     if (i > 0 && j > 0)
         return net_find(q->march->net, i * q->si, j * q->sj);
     return j == 0 ? &q->arm[0][i] : &q->arm[1][j];
@@ -39,6 +38,13 @@ static bool quadrant_is_parted(struct quadrant *q, int32_t i, int32_t j,
                               march_is_parted(q->march, at, row, 0, -q->sj, point));
 }
 
+/* Whether a cut parts two places next to each other along a family of yarns, the one nearer to the
+ * start first. */
+static bool parts_nodes(struct quadrant *q, const struct net_node *a, const struct net_node *b,
+                        int family) {
+    return q->march->cuts && net_is_parted_to(a, b, family, (family ? q->sj : q->si) > 0);
+}
+
 /* Where the row below ended before place i, that is brought into being with the places under it, on
  * the highest one of its column that is there. */
 enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below, int32_t i,
@@ -56,12 +62,16 @@ enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below,
         r--;
     }
     *found = quadrant_point(q, i, r, point);
-    bool climbs = *found && r < j - 1 && quadrant_point(q, i - 1, r, &a);
-    for (r++; climbs && r < j; r++) {
+    *found = *found && (r == j - 1 || quadrant_point(q, i - 1, r, &a));
+    for (r++; *found && r < j; r++) {
         struct fishnet_node node;
         enum drape_reason reason;
         enum surface_point_zone zone;
-        *found = quadrant_point(q, i - 1, r, &b);
+        const struct net_node *at_a = quadrant_node(q, i - 1, r - 1);
+        const struct net_node *at_b = quadrant_node(q, i - 1, r),
+                              *at_c = quadrant_node(q, i, r - 1);
+        *found = quadrant_point(q, i - 1, r, &b) && !parts_nodes(q, at_a, at_b, 1) &&
+                 !parts_nodes(q, at_a, at_c, 0);
         if (!*found)
             return STATUS_OK;
         struct march_cell cell = {
@@ -75,7 +85,10 @@ enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below,
             march->counts = counts;
             return STATUS_OK;
         }
+        bool grown = at_a->grown || at_b->grown || at_c->grown;
         enum status status = march_place(march, cell.i, cell.j, &node.point, &zone);
+        if (status == STATUS_OK && grown && zone != SURFACE_POINT_BEYOND)
+            status = march_note_step(march, cell.i, cell.j, q->si, q->sj, MARCH_CELL, true);
         if (status != STATUS_OK)
             return status;
         if (march->overlap)
@@ -115,13 +128,15 @@ void quadrant_take_edge(struct differences *edge, const struct surface_point *be
     }
 }
 
-enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t j,
-                           const struct surface_point *point) {
+void quadrant_stop_row(struct quadrant *q, struct quadrant_row *row, struct vec3 at) {
+    row->parted = row->lacks && !(row->lacks[row->count - 1] & LACKS_ALL) &&
+                  march_is_beside_cut(q->march, at);
+    row->ended = !row->parted;
+}
+
+enum status quadrant_put(struct quadrant *q, struct quadrant_row *row, int32_t j,
+                         const struct surface_point *point) {
     enum surface_point_zone zone;
-    if (quadrant_is_parted(q, row->count, j, point)) {
-        row->ended = true;
-        return STATUS_OK;
-    }
     int32_t i = row->count;
     enum status status = march_place(q->march, i * q->si, j * q->sj, point, &zone);
     row->ended = zone == SURFACE_POINT_BEYOND;
@@ -134,6 +149,19 @@ enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t
     return status;
 }
 
+enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t j,
+                           const struct surface_point *point) {
+    int32_t i = row->count;
+    if (quadrant_is_parted(q, i, j, point)) {
+        quadrant_stop_row(q, row, point->jet.r);
+        return STATUS_OK;
+    }
+    enum status status = quadrant_put(q, row, j, point);
+    if (status == STATUS_OK && i >= row->grown && !row->ended)
+        status = march_note_step(q->march, i * q->si, j * q->sj, q->si, q->sj, MARCH_CELL, true);
+    return status;
+}
+
 /* The cell of the next place of a row. */
 static struct march_cell next_cell(const struct quadrant *q, const struct quadrant_row *below,
                                    const struct quadrant_row *row, int32_t j) {
@@ -142,7 +170,9 @@ static struct march_cell next_cell(const struct quadrant *q, const struct quadra
     cell.a = &below->at[i - 1];
     cell.b = &row->at[i - 1];
     cell.c = &below->at[i];
-    if (i >= 2)
+    bool alone = row->lacks && ((row->lacks[i - 1] | below->lacks[i - 1]) & LACKS_BEFORE ||
+                                (i >= 2 && (row->lacks[i - 2] | below->lacks[i - 2]) & LACKS_ALL));
+    if (i >= 2 && !alone)
         cell.trend = vec3_sub(vec3_sub(cell.b->jet.r, cell.a->jet.r),
                               vec3_sub(row->at[i - 2].jet.r, below->at[i - 2].jet.r));
     return cell;
@@ -162,6 +192,7 @@ enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
     int32_t i = row->count;
     struct march_cell cell = next_cell(q, below, row, j);
     double uv[2];
+    quadrant_take_growth(below, row);
     if (i >= 2 && !march->mesh && row->edge.count > 0 && cell.c->surface == cell.b->surface &&
         !surface_point_near_pole(cell.c->surface, cell.c->jet.r, march_pole_reach2(march))) {
         /* The parameters below it, and the edge between the rows extrapolated by its differences,
@@ -182,7 +213,7 @@ enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
         cell.guess_uv = uv;
     }
     if (!march_solve_corner(march, &cell, &node, &reason)) {
-        row->ended = true;
+        quadrant_stop_row(q, row, cell.b->jet.r);
         return march_fail_cell(march, cell.i, cell.j, reason, cell.b);
     }
     row->at[i] = node.point;
@@ -190,10 +221,19 @@ enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
     return quadrant_place(q, row, j, &node.point);
 }
 
+/* As if no cut were near. */
+static void forget_growth(const struct quadrant *q, struct quadrant_row *row) {
+    row->parted = row->waits = false;
+    row->grown = INT32_MAX;
+    if (row->lacks)
+        memset(row->lacks, 0, (size_t)q->length + 1);
+}
+
 void quadrant_begin_row(struct quadrant *q, const struct quadrant_row *below,
                         struct quadrant_row *row, int32_t j) {
     row->planted = quadrant_point(q, 0, j, &row->at[0]);
     row->ended = !row->planted;
+    forget_growth(q, row);
     row->last = row->planted && !has_left(q, 0, j, &row->at[0]) ? 0 : -1;
     row->count = row->planted;
     row->edge.count = 0;
@@ -210,16 +250,23 @@ static enum status grow_row(struct quadrant *q, struct quadrant_row *below,
     int32_t fringe = q->march->fringe, limit = farthest + fringe;
     if (!row->begun)
         quadrant_begin_row(q, below, row, j);
-    row->begun = false;
+    row->begun = row->waits = false;
     while (!row->ended && row->count < q->length &&
            (row->count <= limit || row->count <= row->last + fringe)) {
-        bool found;
-        enum status status = quadrant_reach_below(q, below, row->count, j, &found);
-        row->ended = !found;
+        bool found = false;
+        enum status status = STATUS_OK;
+        if (!row->parted)
+            status = quadrant_reach_below(q, below, row->count, j, &found);
+        if (status == STATUS_OK && !row->parted && !(found && quadrant_has_cell(below, row)))
+            quadrant_stop_row(q, row, row->at[row->count - 1].jet.r);
+        if (status == STATUS_OK && row->parted) {
+            status = quadrant_go_behind(q, below, row, j);
+            found = false;
+        }
         bool ahead = q->march->settings->slide > 0 && row->count + 1 < q->length;
         if (status == STATUS_OK && found && ahead) /* weft that slides rests on a place more */
             status = quadrant_reach_below(q, below, row->count + 1, j, &ahead);
-        if (status == STATUS_OK && found)
+        if (status == STATUS_OK && found && !row->ended)
             status = quadrant_grow_node(q, below, row, j);
         if (status != STATUS_OK)
             return status;
@@ -270,8 +317,10 @@ static enum status make_quadrant_rows(struct march *march, struct arena *arena,
             status = wave_make(march, arena, in_few ? FEW : WAVE_LANES, q);
         int rows = 1 + (q->wave ? q->kernel->lanes : 1);
         for (int r = 0; r < rows && status == STATUS_OK; r++) {
-            q->row[r].at = arena_take(arena, (size_t)longest, sizeof(struct surface_point));
-            status = q->row[r].at ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+            struct quadrant_row *row = &q->row[r];
+            row->at = arena_take(arena, (size_t)longest, sizeof *row->at);
+            row->lacks = march->cuts ? arena_alloc(arena, (size_t)longest + 1, 1) : NULL;
+            status = row->at && (row->lacks || !march->cuts) ? STATUS_OK : STATUS_OUT_OF_MEMORY;
         }
         if (status != STATUS_OK)
             return status;
@@ -287,6 +336,7 @@ static void grow_quadrant(void *data, int number) {
     enum status status = STATUS_OK;
     bool been_near = false, planted = true;
     arm->count = 0;
+    forget_growth(q, arm);
     while (arm->count < q->length && quadrant_point(q, arm->count, 0, &arm->at[arm->count]))
         arm->count++;
     for (int32_t i = 0; i < arm->count; i++)
@@ -322,6 +372,20 @@ static void grow_quadrant(void *data, int number) {
     q->status = status;
 }
 
+/* Adds what a quadrant has noted of the places that have grown in it. */
+static enum status take_grown(struct march *march, const struct march_steps *own) {
+    struct march_steps *all = &march->grown;
+    if (own->count == 0)
+        return STATUS_OK;
+    all->room = all->count + own->count;
+    all->step = arena_copy(march->arena, all->step, all->count, all->room, sizeof *all->step);
+    if (!all->step)
+        return STATUS_OUT_OF_MEMORY;
+    memcpy(all->step + all->count, own->step, own->count * sizeof *own->step);
+    all->count += own->count;
+    return STATUS_OK;
+}
+
 /* Where the net may meet itself one quadrant has to know of the others: then one after the other.
  * Their own memory is needed no longer than this. */
 enum status march_quadrants(struct march *march) {
@@ -340,10 +404,14 @@ enum status march_quadrants(struct march *march) {
         *q = (struct quadrant){.local = *march, .si = k % 2 ? -1 : 1, .sj = k / 2 ? -1 : 1};
         q->march = &q->local;
         q->local.counts = (struct march_counts){0};
+        q->local.grown = (struct march_steps){0};
+        if (together && march->cuts && !(q->local.arena = arena_child(march->arena)))
+            status = STATUS_OUT_OF_MEMORY;
         q->local.arm[0] = q->arm[0] = copy_arm(march, arena, q->si, 0, &q->length);
         q->local.arm[1] = q->arm[1] = copy_arm(march, arena, 0, q->sj, &height);
         q->size = (size_t)q->length * (size_t)height;
-        status = q->arm[0] && q->arm[1] ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+        if (!q->arm[0] || !q->arm[1])
+            status = STATUS_OUT_OF_MEMORY;
     }
     if (status == STATUS_OK && together) {
         qsort(quadrants, NET_TABLES, sizeof *quadrants, compare_sizes);
@@ -368,6 +436,8 @@ enum status march_quadrants(struct march *march) {
         status = quadrants[k].status;
         if (status == STATUS_OK && all->inside > march->max_nodes)
             status = STATUS_TOO_MANY_NODES;
+        if (status == STATUS_OK)
+            status = take_grown(march, &quadrants[k].local.grown);
     }
     arena_rewind(arena, mark);
     return status;

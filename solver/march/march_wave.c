@@ -64,13 +64,15 @@ static bool goes(const struct quadrant *q, int k) {
     int32_t i = row->count, fringe = q->march->fringe;
     int32_t one = k > 0 ? below->last : q->reach[0];
     int32_t two = k > 1 ? q->row[k - 1].last : k == 1 ? q->reach[0] : q->reach[1];
-    return !row->ended && i < q->length &&
+    return !row->ended && !row->parted && !row->waits && i < q->length &&
            (i <= row->last + fringe || i <= one + fringe || i <= two + fringe);
 }
 
 /* And it lies on a place of the row below; where weft slides on two. */
 static bool runs(const struct quadrant *q, int k) {
-    return goes(q, k) && q->row[k + 1].count + (int32_t)q->wave->lag - 1 < q->row[k].count;
+    const struct quadrant_row *row = &q->row[k + 1], *below = &q->row[k];
+    return goes(q, k) && row->count + (int32_t)q->wave->lag - 1 < below->count &&
+           quadrant_has_cell(below, row);
 }
 
 static struct vec3 wave_position(const struct wave_places *places, int slot) {
@@ -217,7 +219,7 @@ static enum status start_row(struct quadrant *q, int32_t j, struct front *front,
     row->begun = true;
     *count = k + 1;
     struct differences edge = row->edge; /* to the last place but one */
-    front->open = row->planted;
+    front->open = row->planted && quadrant_has_cell(below, row);
     while (front->open && row->count < front_column(q, front, k)) {
         edge = row->edge;
         if (lag > 1 && quadrant_rests_far(q, below, row, j + k)) {
@@ -307,7 +309,7 @@ static enum status grow_alone(struct quadrant *q, int32_t j, int k) {
     if (cell_face(wave, k) && !surface_point_near_pole(at.c.surface, at.c.jet.r, wave->pole_reach2))
         cell->guess_uv = uv;
     if (!march_solve_corner(march, cell, &node, &reason)) {
-        row->ended = true;
+        quadrant_stop_row(q, row, at.b.jet.r);
         return march_fail_cell(march, cell->i, cell->j, reason, &at.b);
     }
     wave_put(wave_at(wave, 0), k + 1, &node.point);
@@ -370,14 +372,17 @@ static enum status grow_inside(struct quadrant *q, int32_t j, int k) {
     node->uv[1] = d[1][k + 1];
     node->state = NET_INSIDE;
     node->turn = 0;
-    node->reason = node->grown = 0;
+    node->reason = 0;
+    node->grown = row->count > row->grown;
     node->rough = 0;
     node->face = (uint16_t)wave->surface->face;
     node->yarns = 0;
     node->parted = 0;
     node->beside = 0;
     net_set_bits(tile, x, y, node);
-    return ++march->counts.inside > march->max_nodes ? STATUS_TOO_MANY_NODES : STATUS_OK;
+    if (++march->counts.inside > march->max_nodes)
+        return STATUS_TOO_MANY_NODES;
+    return node->grown ? march_note_step(march, i, at, q->si, q->sj, MARCH_CELL, true) : STATUS_OK;
 }
 
 /* What the net before says of lane k's cell, where that is not even all round. */
@@ -464,6 +469,8 @@ static enum status take_wave_step(struct quadrant *q, int32_t j, struct front *f
     enum status status = STATUS_OK;
     unsigned left = lanes;
     prepare_cells(q, j, lanes);
+    for (int k = front->low; k < front->high; k++)
+        quadrant_take_growth(&q->row[k], &q->row[k + 1]);
     for (int slot = 0; slot < WAVE_STRIDE; slot++)
         at->even[slot] = -1;
     front->steady = true;
@@ -539,11 +546,15 @@ static enum status end_rows(struct quadrant *q, int32_t j, struct front *front) 
         struct quadrant_row *row = &q->row[low + 1], *below = &q->row[low];
         bool found = false;
         int32_t i = row->count, last = i + (int32_t)q->wave->lag - 1; /* that it rests on */
+        row->waits = last >= below->count && (below->parted || below->waits);
         if (goes(q, low)) {
             status = quadrant_reach_below(q, below, i, j + low, &found);
             if (status != STATUS_OK)
                 break;
-            row->ended = !found;
+            if (!found)
+                quadrant_stop_row(q, row, wave_position(wave_at(q->wave, 1), low + 1));
+            row->waits = found && !quadrant_has_cell(below, row);
+            found = found && !row->waits;
         }
         bool ahead = found && last < q->length;
         if (ahead && last > i)

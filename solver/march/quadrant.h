@@ -13,6 +13,13 @@ struct differences {
     double of[WAVE_ORDERS][2];
 };
 
+/* Beside cuts: what a place of a row is short of. */
+enum quadrant_lack {
+    LACKS_ALL = 1,    /* the net has no place there, but further along its row */
+    LACKS_BEFORE = 2, /* a yarn to the place before it */
+    LACKS_BELOW = 4   /* and to that of the row below */
+};
+
 /* A row of a quadrant, places counted from the generator. */
 struct quadrant_row {
     struct surface_point
@@ -21,6 +28,10 @@ struct quadrant_row {
     int32_t last;            /* place that has not left the surface; -1: none */
     bool begun;              /* by a wave, which has left the rest of it */
     bool planted, ended;     /* it has a place on the weft generator; there is no more of it */
+    bool parted;             /* its next place lies across a cut: it may go on behind that */
+    bool waits;              /* in a wave: for one below that does */
+    int32_t grown;           /* the places from this one on rest on a yarn that went straight on */
+    uint8_t *lacks;          /* of each place, quadrant_lack; NULL where there are no cuts */
     struct differences edge; /* of the edge from the row below to this one, in parameters */
 };
 
@@ -54,6 +65,28 @@ struct quadrant {
     int resting;        /* waves to be left out, where the last has been of no use */
 };
 
+/* Whether the next place of a row is the fourth corner of a cell without a cut in it. */
+static inline bool quadrant_has_cell(const struct quadrant_row *below,
+                                     const struct quadrant_row *row) {
+    const uint8_t *own = row->lacks + row->count, *under = below->lacks + row->count;
+    return !row->lacks || (!(own[-1] & (LACKS_ALL | LACKS_BELOW)) && !(under[-1] & LACKS_ALL) &&
+                           !(under[0] & (LACKS_ALL | LACKS_BEFORE)));
+}
+
+/* The next place of a row rests on that of the row below. */
+static inline void quadrant_take_growth(const struct quadrant_row *below,
+                                        struct quadrant_row *row) {
+    if (row->count >= below->grown && row->count < row->grown)
+        row->grown = row->count;
+}
+
+/* Ends a row at its next place, which is at `at` or beside that; beside a cut for now. */
+void quadrant_stop_row(struct quadrant *q, struct quadrant_row *row, struct vec3 at);
+
+/* Goes on with a row that a cut has stopped (march_behind.c), or ends it. */
+enum status quadrant_go_behind(struct quadrant *q, const struct quadrant_row *below,
+                               struct quadrant_row *row, int32_t j) STATUS_MUST_USE;
+
 /* The first two steps of a row that lies on `below`, row j counted from the generator: begins it,
  * and puts its next place. */
 void quadrant_begin_row(struct quadrant *q, const struct quadrant_row *below,
@@ -70,7 +103,13 @@ bool quadrant_rests_far(struct quadrant *q, const struct quadrant_row *below,
 enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below, int32_t i,
                                  int32_t j, bool *found) STATUS_MUST_USE;
 
-/* Puts D of a cell as the next place of a row. */
+/* The place (i, j), counted from the start away along the arms; NULL where nothing was put. */
+const struct net_node *quadrant_node(struct quadrant *q, int32_t i, int32_t j);
+
+/* Puts the next place of a row; and if no cut parts it from the places that it rests on, D of a
+ * cell. */
+enum status quadrant_put(struct quadrant *q, struct quadrant_row *row, int32_t j,
+                         const struct surface_point *point) STATUS_MUST_USE;
 enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t j,
                            const struct surface_point *point) STATUS_MUST_USE;
 
