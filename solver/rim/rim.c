@@ -53,12 +53,6 @@ struct stop {
     bool sloped; /* the derivatives are those of the cloth there: smooth, or seen */
 };
 
-/* The box around the nodes inside of a tile. */
-struct tile_box {
-    const struct net_tile *tile;
-    struct box box;
-};
-
 struct tracer {
     struct march *march;
     struct rim *rim;
@@ -67,9 +61,11 @@ struct tracer {
     const struct rim_vertex *from, *to; /* the piece that is followed */
     double spacing;                     /* the smaller one */
     double half_turn[2];                /* see surface_point_cut_turn */
-    struct tile_box *boxes;
-    size_t box_count;
-    bool failed; /* no memory */
+    struct net_tile **tiles;            /* that have nodes inside, */
+    struct box *box;                    /* the box round those of each, */
+    size_t tile_count;
+    struct boxes *boxes; /* and all of them */
+    bool failed;         /* no memory */
 };
 
 /* ---- a place to begin at ---- */
@@ -134,37 +130,60 @@ static void place_beside_node(const struct tracer *t, struct vec3 r, double pq[2
         pq[k] += fmin(fmax(ab[k], -0.5), 0.5);
 }
 
+/* A node that is looked for: the nearest to a spot so far, of those as near the first. */
+struct seed {
+    const struct tracer *t;
+    const struct rim_edge_point *spot;
+    bool alike;     /* it has to face as the spot does */
+    double least;   /* square of its distance, or of the reach, */
+    int32_t number; /* of its tile; -1: there is none yet, */
+    int32_t i, j;   /* and where it is in the net */
+};
+
+static bool look_in_tile(void *context, int32_t number) {
+    struct seed *seed = context;
+    const struct tracer *t = seed->t;
+    const struct rim_edge_point *spot = seed->spot;
+    const struct net_tile *tile = t->tiles[number];
+    double nearest = box_distance2(&t->box[number], spot->r);
+    if (nearest > seed->least || (nearest == seed->least && number > seed->number))
+        return true;
+    for (int y = 0; y < NET_TILE; y++)
+        for (uint32_t row = tile->bits[NET_BIT_INSIDE][y]; row; row &= row - 1) {
+            int x = __builtin_ctz(row);
+            const struct net_node *node = &tile->node[y][x];
+            double own = vec3_norm2(vec3_sub(node->r, spot->r));
+            bool nearer = own < seed->least || (own == seed->least && number < seed->number);
+            struct surface_point point;
+            if (!nearer || !same_turn(t, node, spot) ||
+                (seed->alike && !(march_point_at(t->march, node, &point) &&
+                                  vec3_dot(point.normal, spot->normal) >= 0)))
+                continue;
+            seed->least = own;
+            seed->number = number;
+            seed->i = tile->ti * NET_TILE + x;
+            seed->j = tile->tj * NET_TILE + y;
+        }
+    return true;
+}
+
 /* The node inside that is nearest to the spot as a place of the net, or, where that ends at the
  * node, one beside it; false when none is near. Of those that face `alike`, or of all: the two
  * sides of a thin part, of a blade at its trailing edge, are near each other in space alone. */
 static bool find_seed(const struct tracer *t, const struct rim_edge_point *spot, bool alike,
                       double pq[2]) {
     const double *d = t->march->settings->spacing;
-    double reach = seed_reach * fmax(d[0], d[1]), best = reach * reach;
-    bool found = false;
-    for (size_t k = 0; k < t->box_count; k++) {
-        const struct net_tile *tile = t->boxes[k].tile;
-        if (box_distance2(&t->boxes[k].box, spot->r) >= best)
-            continue;
-        for (int y = 0; y < NET_TILE; y++)
-            for (uint32_t row = tile->bits[NET_BIT_INSIDE][y]; row; row &= row - 1) {
-                int x = __builtin_ctz(row);
-                const struct net_node *node = &tile->node[y][x];
-                double own = vec3_norm2(vec3_sub(node->r, spot->r));
-                struct surface_point point;
-                if (own >= best || !same_turn(t, node, spot) ||
-                    (alike && !(march_point_at(t->march, node, &point) &&
-                                vec3_dot(point.normal, spot->normal) >= 0)))
-                    continue;
-                best = own;
-                found = true;
-                pq[0] = tile->ti * NET_TILE + x;
-                pq[1] = tile->tj * NET_TILE + y;
-            }
-    }
-    if (found && !rim_cloth_patch(&t->rim->cloth, (int32_t)pq[0], (int32_t)pq[1])->known)
+    double reach = seed_reach * fmax(d[0], d[1]);
+    struct seed seed = {t, spot, alike, reach * reach, -1, 0, 0};
+    const struct box near = box_round(spot->r, spot->r, reach);
+    boxes_visit(t->boxes, &near, look_in_tile, &seed);
+    if (seed.number < 0)
+        return false;
+    pq[0] = seed.i;
+    pq[1] = seed.j;
+    if (!rim_cloth_patch(&t->rim->cloth, seed.i, seed.j)->known)
         place_beside_node(t, spot->r, pq);
-    return found;
+    return true;
 }
 
 /* ---- places on an edge ---- */
@@ -442,6 +461,30 @@ static void follow_edge_loop(struct tracer *t, const struct rim_loop *loop) {
     }
 }
 
+/* The tiles that have nodes inside, and the boxes round these. */
+static enum status take_tiles(struct tracer *t) {
+    struct arena *arena = t->march->arena;
+    size_t count = net_tile_count(t->march->net);
+    t->tiles = net_sorted_tiles(t->march->net);
+    t->box = arena_take(arena, count, sizeof *t->box);
+    if (!t->tiles || !t->box)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < count; k++) {
+        struct net_tile *tile = t->tiles[k];
+        struct box box = {{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+        for (int y = 0; y < NET_TILE; y++)
+            for (uint32_t row = tile->bits[NET_BIT_INSIDE][y]; row; row &= row - 1) {
+                struct vec3 r = tile->node[y][__builtin_ctz(row)].r;
+                box.lower = vec3_min(box.lower, r);
+                box.upper = vec3_max(box.upper, r);
+            }
+        t->tiles[t->tile_count] = tile;
+        t->box[t->tile_count] = box;
+        t->tile_count += box.lower.x <= box.upper.x;
+    }
+    return boxes_make(t->box, t->tile_count, arena, &t->boxes);
+}
+
 enum status rim_make(struct march *march, struct rim *rim) {
     const double *d = march->settings->spacing;
     struct tracer t = {.march = march, .rim = rim, .spacing = fmin(d[0], d[1])};
@@ -454,22 +497,8 @@ enum status rim_make(struct march *march, struct rim *rim) {
         status = rim_cloth_make(march, t.edges.sights, &rim->cloth);
     if (status != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
-    struct net_tile **tiles = net_sorted_tiles(march->net);
-    size_t count = net_tile_count(march->net);
-    t.boxes = arena_take(march->arena, count, sizeof *t.boxes);
-    if (!tiles || !t.boxes)
+    if (take_tiles(&t) != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
-    for (size_t k = 0; k < count; k++) {
-        struct box box = {{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
-        for (int y = 0; y < NET_TILE; y++)
-            for (uint32_t row = tiles[k]->bits[NET_BIT_INSIDE][y]; row; row &= row - 1) {
-                struct vec3 r = tiles[k]->node[y][__builtin_ctz(row)].r;
-                box.lower = vec3_min(box.lower, r);
-                box.upper = vec3_max(box.upper, r);
-            }
-        if (box.lower.x <= box.upper.x)
-            t.boxes[t.box_count++] = (struct tile_box){tiles[k], box};
-    }
     for (size_t k = 0; k < t.edges.loop_count && !t.failed; k++) {
         t.loop = (int32_t)k;
         follow_edge_loop(&t, &t.edges.loops[k]);
