@@ -8,6 +8,7 @@
 struct curtain {
     struct vec3 *corners;
     struct vec3 *normals;      /* of the posts */
+    struct vec3 *faces;        /* normals of both triangles of each strip */
     struct curtain_post *ends; /* of the lines */
     size_t line_count;
     size_t *first;       /* post of each strip: it goes on to the next one */
@@ -25,6 +26,7 @@ enum status curtain_make(const struct curtain_line *lines, size_t count, struct 
     if (!curtain || !boxes ||
         !(curtain->corners = arena_alloc(arena, 2 * posts, sizeof(struct vec3))) ||
         !(curtain->normals = arena_alloc(arena, posts, sizeof(struct vec3))) ||
+        !(curtain->faces = arena_alloc(arena, 2 * posts, sizeof(struct vec3))) ||
         !(curtain->ends = arena_alloc(arena, count, sizeof(struct curtain_post))) ||
         !(curtain->first = arena_alloc(arena, posts, sizeof(size_t))))
         return STATUS_OUT_OF_MEMORY;
@@ -43,6 +45,9 @@ enum status curtain_make(const struct curtain_line *lines, size_t count, struct 
                 continue;
             struct box one = box_round(own[-2], own[-1], 0), other = box_round(own[0], own[1], 0);
             boxes[strips] = box_join(&one, &other);
+            struct vec3 across = vec3_sub(own[1], own[-2]);
+            curtain->faces[2 * strips] = vec3_cross(vec3_sub(own[0], own[-2]), across);
+            curtain->faces[2 * strips + 1] = vec3_cross(across, vec3_sub(own[-1], own[-2]));
             curtain->box = strips ? box_join(&curtain->box, &boxes[strips]) : boxes[strips];
             curtain->first[strips++] = posts - 1;
         }
@@ -110,9 +115,8 @@ static bool passes_edge(const struct way *way, size_t a, size_t b) {
     return (volume(way->from, way->to, corners[low], corners[high]) >= 0) == (a < b);
 }
 
-static bool pierces(const struct way *way, size_t a, size_t b, size_t c) {
-    const struct vec3 *corners = way->curtain->corners, at = corners[a];
-    struct vec3 normal = vec3_cross(vec3_sub(corners[b], at), vec3_sub(corners[c], at));
+static bool pierces(const struct way *way, size_t a, size_t b, size_t c, struct vec3 normal) {
+    const struct vec3 at = way->curtain->corners[a];
     bool begins = vec3_dot(normal, vec3_sub(way->from, at)) > 0;
     bool ends = vec3_dot(normal, vec3_sub(way->to, at)) > 0;
     if (begins == ends)
@@ -124,7 +128,9 @@ static bool pierces(const struct way *way, size_t a, size_t b, size_t c) {
 static bool visit_curtain_strip(void *context, int32_t number) {
     struct way *way = context;
     size_t post = way->curtain->first[number], at = 2 * post;
-    way->parted = pierces(way, at, at + 2, at + 3) || pierces(way, at, at + 3, at + 1);
+    const struct vec3 *face = &way->curtain->faces[2 * (size_t)number];
+    way->parted =
+        pierces(way, at, at + 2, at + 3, face[0]) || pierces(way, at, at + 3, at + 1, face[1]);
     way->post = post;
     return !way->parted;
 }
