@@ -149,6 +149,13 @@ uint32_t net_window_near_rough(const struct net_window *w, int y, int reach) {
     return (uint32_t)(near >> NET_TILE) & ((1u << (NET_TILE + 1)) - 1);
 }
 
+bool net_window_has_rough(const struct net_window *w, int y, int reach) {
+    uint64_t any = 0;
+    for (int k = -reach; k <= reach; k++)
+        any |= net_window_row(w, NET_BIT_ROUGH, y + k);
+    return any != 0;
+}
+
 bool net_has_rough(const struct net *net) {
     bool any = false;
     for (int k = 0; k < NET_TABLES; k++)

@@ -255,6 +255,9 @@ static inline uint64_t net_window_plain(const struct net_window *w, int y) {
  * `reach` places away along their own row or column; 0 <= y <= NET_TILE, reach < NET_TILE. */
 uint32_t net_window_near_rough(const struct net_window *w, int y, int reach);
 
+/* Whether the window has any such node in the rows from y - reach to y + reach. */
+bool net_window_has_rough(const struct net_window *w, int y, int reach);
+
 /* Whether any edge of the net is rough, or any node beside a cut. */
 bool net_has_rough(const struct net *net);
 

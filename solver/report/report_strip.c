@@ -372,7 +372,8 @@ void report_strip_add(struct report_strip *strip) {
             struct shear_block block;
             if (!(bits.inside | bits.rim))
                 continue;
-            if (measured) {
+            bool near = measured && net_window_has_rough(window, y, SHEAR_REACH_AT_END);
+            if (near) {
                 uint32_t low = net_window_near_rough(window, y, 1);
                 uint32_t high = net_window_near_rough(window, y + 1, 1);
                 rough = (low | low >> 1 | high | high >> 1) << 1;
@@ -393,7 +394,7 @@ void report_strip_add(struct report_strip *strip) {
                 front->reason[at] = (uint8_t)reason;
                 strip->reasons[reason]++;
             }
-            if (measured)
+            if (near)
                 measure_rough(strip, window, y, &bits, ~usual << 1, rough, first);
         }
 }
