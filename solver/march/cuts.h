@@ -41,7 +41,7 @@ struct cuts_to_apexes {
 /* In spacings: corners of a cell are less than this apart; and so near to the tip of a cut it tells
  * how yarns go. */
 #define CUTS_CELL_REACH 2.0
-#define CUTS_POINT_REACH 6.0
+#define CUTS_POINT_REACH 7.5
 
 /* Whether a place may be a corner of a cell with one that is so near to a cut: most are not. */
 static inline bool cuts_may_be_near(const struct cuts *cuts, struct vec3 at) {
