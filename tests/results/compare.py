@@ -42,6 +42,7 @@ ON_ROLLS = [f"{f} --partial" for f in ("dxf", "astm", "svg", "svg --width 9 --tu
                                        "hpgl --roll 1", "laser", "laser-csv", "virtek")]
 STACKS = [f + MAP for f in ("csv", "csv --table plies", "json", "lcmsim", "nastran", "abaqus", "compost", "acp", "gmsh", "unv",
                             "csv --reference 1,2,0 --cavity-height pid:1:0.004")]
+BUNDLED = ("stack at a height", "millimetres", "triangles")  # of a patch, of faces, of triangles
 LAMINATES, STUDIES = ({each["name"]: each for each in json.loads((HERE / file).read_text())}
                       for file in ("laminates.json", "studies.json"))
 
@@ -64,6 +65,7 @@ def cases():
         yield "api/examples/sphere.json", {"fabric": {"spacing": 0.25}}, f"json --threads {threads}"
     for name in LAMINATES:
         yield from ((f"laminate: {name}", {}, output) for output in ["json", "html"] + ON_ROLLS + STACKS)
+    yield from ((f"laminate: {name}", {}, "bundle --partial") for name in BUNDLED)
     for name in STUDIES:
         yield from ((f"study: {name}", {}, output) for output in ["json", "csv", "json --variant 3"])
     yield from ((file, {}, "json") for file in BAD_REQUESTS)
@@ -102,9 +104,12 @@ def patched(value, patch):
 
 
 def group_of(case):
-    """What the results of a case are compared with alone: its request, or others that are refused."""
-    file = case[0]
-    return "refused" if file.startswith("refused ") or file in BAD_REQUESTS else file
+    """What the results of a case are compared with alone: those of its request, its maps, its bundle, or
+    others that are refused."""
+    file, _, output = case
+    if file.startswith("refused ") or file in BAD_REQUESTS:
+        return "refused"
+    return f"{file}, bundle" if output.startswith("bundle") else f"{file}, maps" if " --map " in output else file
 
 
 def name_of(case):
@@ -128,16 +133,23 @@ def digest_line(build, clock, case):
 
 
 def compare(build, group):
-    """The lines of all cases, or of those of a group, and the same as they were."""
+    """The lines of all cases, or of those of a group up to the first that is another, and the same as they
+    were."""
     chosen = [case for case in cases() if group in (None, group_of(case))]
+    expected, names = DIGESTS.read_text().splitlines(), set(map(name_of, chosen))
+    if group:
+        expected = [line for line in expected if re.sub(r"^(exit status \d+ )?\w{32} ", "", line) in names]
+    lines, known = [], set(expected)
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
         clock = os.path.join(folder, "stopped_clock.so")
         subprocess.run(["gcc", "-shared", "-fPIC", "-Wall", "-Werror", "-o", clock,
                         HERE / "stopped_clock.c"], check=True)
-        lines = list(pool.map(lambda case: digest_line(build, clock, case), chosen))
-    expected, names = DIGESTS.read_text().splitlines(), set(map(name_of, chosen))
-    of_group = [line for line in expected if re.sub(r"^(exit status \d+ )?\w{32} ", "", line) in names]
-    return lines, of_group if group else expected
+        for line in pool.map(lambda case: digest_line(build, clock, case), chosen):
+            lines.append(line)
+            if group and line not in known:
+                pool.shutdown(cancel_futures=True)
+                break
+    return lines, expected
 
 
 def main(build, write, group):
