@@ -42,7 +42,7 @@ ON_ROLLS = [f"{f} --partial" for f in ("dxf", "astm", "svg", "svg --width 9 --tu
                                        "hpgl --roll 1", "laser", "laser-csv", "virtek")]
 STACKS = [f + MAP for f in ("csv", "csv --table plies", "json", "lcmsim", "nastran", "abaqus", "compost", "acp", "gmsh", "unv",
                             "csv --reference 1,2,0 --cavity-height pid:1:0.004")]
-BUNDLED = ("stack at a height", "millimetres", "triangles")  # of a patch, of faces, of triangles
+BUNDLED = ("stack under pressure", "millimetres", "triangles")  # of a patch, of faces, of triangles
 LAMINATES, STUDIES = ({each["name"]: each for each in json.loads((HERE / file).read_text())}
                       for file in ("laminates.json", "studies.json"))
 

@@ -1,0 +1,239 @@
+/* SPDX-License-Identifier: MIT */
+/* How a study is cut into tasks, and which unknowns its courses have: exact numbers on both sides
+ * of every limit. */
+#include "api/study/course_plan.h"
+#include "api/study/task.h"
+#include "support.h"
+#include "tests/check.h"
+#include <math.h>
+#include <string.h>
+
+#define COUNT(table) (sizeof(table) / sizeof *(table))
+
+/* ---- tasks ---- */
+
+/* Bytes that are no task are refused, and those at the limits are not. */
+static void test_task_is_sound_within_its_limits(void **state) {
+    static const struct {
+        struct api_study_task task;
+        bool sound;
+    } rows[] = {
+        {{.kind = STUDY_TASK_GRID}, true},
+        {{.kind = -1}, false},
+        {{.kind = STUDY_TASK_KINDS}, false},
+        {{.kind = STUDY_TASK_SAMPLE, .variants = 512, .first = 1}, true},
+        {{.kind = STUDY_TASK_OPTIMISE, .variants = 513}, false},
+        {{.kind = STUDY_TASK_GRID, .variants = -1}, false},
+        {{.kind = STUDY_TASK_GRID, .first = -1}, false},
+        {{.kind = STUDY_TASK_GRID, .crash_count = API_STUDY_CRASHES}, true},
+        {{.kind = STUDY_TASK_GRID, .crash_count = API_STUDY_CRASHES + 1}, false},
+        {{.kind = STUDY_TASK_GRID, .crash_count = -1}, false},
+        {{.kind = STUDY_TASK_LIST, .variants = API_STUDY_LISTED}, true},
+        {{.kind = STUDY_TASK_LIST, .variants = API_STUDY_LISTED + 1}, false},
+        {{.kind = STUDY_TASK_CUTS, .variants = 1, .first = API_STUDY_CUTS}, true},
+        {{.kind = STUDY_TASK_CUTS, .variants = 1, .first = API_STUDY_CUTS + 1}, false},
+        {{.kind = STUDY_TASK_CUTS, .variants = 2}, false},
+        {{.kind = STUDY_TASK_CUTS, .variants = 0}, false},
+        {{.kind = STUDY_TASK_COURSES, .variants = 1, .coarseness = 1}, true},
+        {{.kind = STUDY_TASK_COURSES, .variants = 1, .coarseness = 0.99}, false},
+        {{.kind = STUDY_TASK_COURSES, .variants = 1, .coarseness = 2, .first = API_STUDY_UNKNOWNS},
+         true},
+        {{.kind = STUDY_TASK_COURSES,
+          .variants = 1,
+          .coarseness = 2,
+          .first = API_STUDY_UNKNOWNS + 1},
+         false},
+        {{.kind = STUDY_TASK_COURSES, .variants = 2, .coarseness = 1}, false},
+    };
+    (void)state;
+    for (size_t k = 0; k < COUNT(rows); k++)
+        if (task_is_sound(&rows[k].task) != rows[k].sound)
+            fail_msg("task %zu", k);
+}
+
+/* A share of the round, but of 3e4 to 6e4 nodes, one variant to 512 of them. */
+static void test_tasks_have_their_share_of_a_round(void **state) {
+    static const struct {
+        struct task_range range;
+        size_t count;
+        int each, last;
+    } rows[] = {
+        {{.first = 0, .end = 1000, .nodes = 1e3}, 34, 30, 10},
+        {{.first = 7, .end = 1007, .nodes = 3e3}, 67, 15, 10},
+        {{.first = 0, .end = 1000, .nodes = 6e3}, 100, 10, 10},
+        {{.first = 0, .end = 3, .nodes = 7e4}, 3, 1, 1},
+        {{.first = 0, .end = 1025, .nodes = 1}, 3, 512, 1},
+        {{.first = 5, .end = 6, .nodes = 1e3, .round = 3}, 1, 1, 1},
+        {{.first = 6, .end = 6, .nodes = 1e3}, 0, 0, 0},
+    };
+    struct arena *arena = arena_new((size_t)1 << 24);
+    (void)state;
+    for (size_t k = 0; k < COUNT(rows); k++) {
+        struct api_study_plan plan = {0}, more = {0}, none = {0};
+        struct api_problem problem = {.id = API_OK};
+        struct task_range range = rows[k].range;
+        range.kind = STUDY_TASK_SAMPLE;
+        assert_int_equal(task_make_range(&range, arena, &plan, &problem), API_OK);
+        assert_int_equal(plan.count, rows[k].count);
+        for (size_t n = 0; n < plan.count; n++) {
+            const struct api_study_task *task = &plan.tasks[n];
+            assert_int_equal(task->kind, STUDY_TASK_SAMPLE);
+            assert_int_equal(task->round, range.round);
+            assert_int_equal(task->variants, n + 1 < plan.count ? rows[k].each : rows[k].last);
+            assert_int_equal(task->first, range.first + n * (size_t)rows[k].each);
+        }
+        /* joined to another, and to none */
+        range = (struct task_range){.kind = STUDY_TASK_GRID, .first = 9, .end = 10, .nodes = 1e5};
+        assert_int_equal(task_make_range(&range, arena, &more, &problem), API_OK);
+        assert_int_equal(task_join(arena, &plan, &more, &problem), API_OK);
+        assert_int_equal(task_join(arena, &plan, &none, &problem), API_OK);
+        assert_int_equal(plan.count, rows[k].count + 1);
+        assert_int_equal(plan.tasks[plan.count - 1].first, 9);
+        assert_int_equal(plan.tasks[0].kind, rows[k].count ? STUDY_TASK_SAMPLE : STUDY_TASK_GRID);
+    }
+    arena_free(arena);
+}
+
+/* The first few are known by their number. */
+static void test_task_keeps_the_variants_that_crashed(void **state) {
+    struct api_study_task task = {.kind = STUDY_TASK_GRID};
+    (void)state;
+    for (size_t k = 0; k < API_STUDY_CRASHES + 2; k++)
+        api_study_task_crashed(&task, 10 + k);
+    assert_int_equal(task.crash_count, API_STUDY_CRASHES);
+    for (int k = 0; k < API_STUDY_CRASHES; k++)
+        assert_int_equal(task.crashed[k], 10 + k);
+}
+
+/* ---- courses ---- */
+
+static const double offsets[] = {-0.5, 0, 0.25}, gap_values[] = {0.01, 0.03}, next_gap[] = {0.02};
+static const double origins[] = {0.2, 0.8}, widths[] = {1, 2, 4};
+static const struct courses_offset gaps[] = {{gap_values, 2}, {next_gap, 1}};
+static const struct laminate_courses laid = {.lay = {.first = {offsets, 3},
+                                                     .gaps = gaps,
+                                                     .gap_count = 2,
+                                                     .origins = origins,
+                                                     .origin_count = 2,
+                                                     .widths = widths,
+                                                     .width_count = 3}};
+
+static void check_values(const double *values, const double *wanted, size_t count) {
+    for (size_t k = 0; k < count; k++)
+        if (values[k] != wanted[k])
+            fail_msg("value %zu is %g, not %g", k, values[k], wanted[k]);
+}
+
+/* All four kinds, in order, from what the study has, spread over as many values as are varied, and
+ * within their ranges. */
+static void test_course_plan_has_its_unknowns_in_order(void **state) {
+    const struct study_courses c = {.base = &laid,
+                                    .count = 3,
+                                    .first = {2, -0.4, 1},
+                                    .gap = {3, 0.01, 0.025},
+                                    .origin = {1, 0.3, 0.7},
+                                    .width = {1, 0.5, 3},
+                                    .wanted = {0, 1, 0}};
+    static const double begin[] = {-0.4, 0.25, /* of a first one of three values the ends */
+                                   0.01, 0.025, 0.025, 0.02, 0.02, 0.02, /* of two neighbours */
+                                   0.3,  0.7,   0.7, /* the last origin goes on */
+                                   1,    2,     3};
+    double unknowns[COUNT(begin) + 1] = {[COUNT(begin)] = 77};
+    struct course_plan plan;
+    (void)state;
+    assert_int_equal(course_plan_unknowns(&c), COUNT(begin));
+    course_plan_begin(&c, unknowns);
+    check_values(unknowns, begin, COUNT(begin));
+    assert_true(unknowns[COUNT(begin)] == 77);
+    for (size_t k = 0; k < COUNT(begin); k++) {
+        struct study_span span = course_plan_span(&c, k);
+        const struct study_span *own = k < 2    ? &c.first
+                                       : k < 8  ? &c.gap
+                                       : k < 11 ? &c.origin
+                                                : &c.width;
+        assert_memory_equal(&span, own, sizeof span);
+        unknowns[k] = (double)k;
+    }
+    course_plan_make(&c, unknowns, &plan);
+    assert_int_equal(plan.count, 3);
+    assert_int_equal(plan.lay.first.count, 2);
+    check_values(plan.lay.first.values, unknowns, 2);
+    assert_int_equal(plan.lay.gap_count, 2);
+    for (size_t n = 0; n < 2; n++) {
+        assert_int_equal(plan.lay.gaps[n].count, 3);
+        check_values(plan.lay.gaps[n].values, unknowns + 2 + 3 * n, 3);
+    }
+    assert_int_equal(plan.lay.origin_count, 3);
+    assert_int_equal(plan.lay.width_count, 3);
+    check_values(plan.lay.origins, unknowns + 8, 3);
+    check_values(plan.lay.widths, unknowns + 11, 3);
+    assert_true(plan.lay.wanted.y == 1);
+}
+
+/* What is not varied stays, the last value for all further courses; of a single course there is one
+ * distance, and courses with values of their own are those of the longest list. */
+static void test_course_plan_keeps_what_is_not_varied(void **state) {
+    const struct study_courses c = {.base = &laid, .count = 1, .gap = {1, 0, 1}};
+    struct course_plan plan;
+    double unknowns[2] = {0, 77};
+    (void)state;
+    assert_int_equal(course_plan_unknowns(&c), 1);
+    course_plan_begin(&c, unknowns);
+    check_values(unknowns, (const double[]){0.01, 77}, 2);
+    unknowns[0] = 0.5;
+    course_plan_make(&c, unknowns, &plan);
+    assert_int_equal(plan.count, 3);
+    check_values(plan.lay.first.values, offsets, 3);
+    assert_int_equal(plan.lay.first.count, 3);
+    assert_int_equal(plan.lay.gap_count, 2);
+    for (size_t n = 0; n < 2; n++) {
+        assert_int_equal(plan.lay.gaps[n].count, 1);
+        assert_true(plan.lay.gaps[n].values[0] == 0.5);
+    }
+    check_values(plan.lay.origins, (const double[]){0.2, 0.8, 0.8}, 3);
+    check_values(plan.lay.widths, widths, 3);
+
+    const struct study_courses of_origins = {.base = &laid, .count = 1, .origin = {1, 0, 1}};
+    assert_int_equal(course_plan_unknowns(&of_origins), 1);
+    course_plan_begin(&of_origins, unknowns);
+    assert_true(unknowns[0] == 0.2);
+    course_plan_make(&of_origins, (const double[]){0.9}, &plan);
+    check_values(plan.lay.origins, (const double[]){0.9, 0.9, 0.9}, 3);
+    assert_int_equal(plan.lay.gaps[0].count, 2);
+    check_values(plan.lay.gaps[0].values, gap_values, 2);
+    check_values(plan.lay.gaps[1].values, next_gap, 1);
+}
+
+/* Of widths that there are the unknown is the place in the list, that of the nearest at first. */
+static void test_course_plan_takes_widths_that_there_are(void **state) {
+    static const double there_are[] = {0.5, 1.4, 1.6, 9};
+    const struct study_courses c = {.base = &laid,
+                                    .count = 4,
+                                    .width = {1, 0.5, 9},
+                                    .widths = there_are,
+                                    .width_count = COUNT(there_are)};
+    struct course_plan plan;
+    double unknowns[4];
+    (void)state;
+    assert_int_equal(course_plan_unknowns(&c), 4);
+    course_plan_begin(&c, unknowns);
+    check_values(unknowns, (const double[]){1.5, 2.5, 2.5, 2.5}, 4);
+    struct study_span span = course_plan_span(&c, 3);
+    assert_true(span.points == 1 && span.from == 0 && span.to == 4);
+    course_plan_make(&c, (const double[]){0, 0.99, 3.5, 4}, &plan);
+    assert_int_equal(plan.count, 4);
+    assert_int_equal(plan.lay.gap_count, 3);
+    check_values(plan.lay.widths, (const double[]){0.5, 0.5, 9, 9}, 4);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_task_is_sound_within_its_limits),
+        cmocka_unit_test(test_tasks_have_their_share_of_a_round),
+        cmocka_unit_test(test_task_keeps_the_variants_that_crashed),
+        cmocka_unit_test(test_course_plan_has_its_unknowns_in_order),
+        cmocka_unit_test(test_course_plan_keeps_what_is_not_varied),
+        cmocka_unit_test(test_course_plan_takes_widths_that_there_are),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
