@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* What of the store needs no database: cursors, the cache of chunks, the comparison of clocks,
- * seals, and what a query does of its own. */
+ * seals, what a query does of its own, names, URLs and versions, and what two copies hold. */
+#include "server/store/backend.h"
+#include "server/store/backup.h"
 #include "server/store/cache.h"
 #include "server/store/clock_check.h"
 #include "server/store/cursor.h"
@@ -226,6 +228,111 @@ static void test_query_fails_without_memory(void **state) {
     }
 }
 
+/* ------------------------------------------------------------------ names, URLs, versions */
+
+static void test_store_urls_name_their_kind(void **state) {
+    static const struct {
+        const char *url, *path;
+        bool remote;
+    } rows[] = {{"postgresql://a/b", "postgresql://a/b", true},
+                {"postgres://a", "postgres://a", true},
+                {"postgres:/a", "postgres:/a", false},
+                {"postgresql:a", "postgresql:a", false},
+                {"sqlite:a/b.db", "a/b.db", false},
+                {"sqlite:", "", false},
+                {"sqlite", "sqlite", false},
+                {"/a/b.db", "/a/b.db", false}};
+    (void)state;
+    for (size_t k = 0; k < COUNT(rows); k++) {
+        assert_int_equal(store_url_remote(rows[k].url), rows[k].remote);
+        assert_string_equal(store_url_path(rows[k].url), rows[k].path);
+    }
+    assert_string_equal(store_answer_name(STORE_OK), "ok");
+    assert_string_equal(store_answer_name(STORE_FULL), "full");
+    assert_string_equal(store_answer_name(STORE_ALTERED), "altered");
+    assert_string_equal(store_answer_name(STORE_NO_SPACE), "out of disk space");
+}
+
+static void test_store_schema_has_one_version(void **state) {
+    char why[STORE_WHY_SIZE] = "";
+    (void)state;
+    assert_true(store_schema_known("it", STORE_SCHEMA, why));
+    assert_string_equal(why, "");
+    assert_false(store_schema_known("it", STORE_SCHEMA + 1, why));
+    assert_non_null(strstr(why, "use a newer one"));
+    assert_false(store_schema_known("it", STORE_SCHEMA - 1, why));
+    assert_non_null(strstr(why, "older version that made it"));
+}
+
+/* ------------------------------------------------------------------ copies */
+
+/* Tables in any order; which differs is said. */
+static void test_backup_contents_are_compared(void **state) {
+    const struct backup_contents own = {
+        .schema = 3, .count = 2, .tables = {{"a", 1, "sum of a"}, {"b", 2, "sum of b"}}};
+    struct backup_contents other = {
+        .schema = 3, .count = 2, .tables = {{"b", 2, "sum of b"}, {"a", 1, "sum of a"}}};
+    char why[STORE_WHY_SIZE] = "", time[BACKUP_TIME_SIZE];
+    (void)state;
+    assert_true(backup_same(&other, &own, why));
+    assert_int_equal(backup_rows(&other, "a"), 1);
+    assert_int_equal(backup_rows(&other, "b"), 2);
+    assert_int_equal(backup_rows(&other, "c"), 0);
+    other.tables[0].rows = 3;
+    assert_false(backup_same(&other, &own, why));
+    assert_non_null(strstr(why, "'b' of the copy differs from that of the store: it has 3 of 2"));
+    other.tables[0].rows = 2;
+    other.tables[1].checksum[0] = 'S';
+    assert_false(backup_same(&other, &own, why));
+    assert_non_null(strstr(why, "'a'"));
+    other.tables[1] = (struct backup_table){"c", 1, "sum of a"};
+    assert_false(backup_same(&other, &own, why));
+    assert_non_null(strstr(why, "'a' of the copy differs from that of the store: it has 0 of 1"));
+    other = own;
+    other.count = 1;
+    assert_false(backup_same(&other, &own, why));
+    other = own;
+    other.schema = 4;
+    assert_false(backup_same(&other, &own, why));
+    assert_string_equal(why, "the copy does not have the tables of the store");
+    backup_time(time);
+    assert_int_equal(strlen(time), 20);
+    assert_true(time[8] == 'T' && time[15] == '.' && time[19] == 'Z');
+    assert_int_equal(strspn(time, "0123456789"), 8);
+}
+
+/* ------------------------------------------------------------------ segments */
+
+/* Its chunks are full but the last; that is sealed as the last one if the segment is. */
+static void test_segments_have_full_chunks_but_the_last(void **state) {
+    enum { CHUNK = STORE_CHUNK_BYTES };
+    static const struct {
+        size_t length, lengths[3];
+        size_t last; /* the chunk that is the last one */
+    } rows[] = {{1, {1, 0, 0}, 0},
+                {CHUNK - 1, {CHUNK - 1, 0, 0}, 0},
+                {CHUNK, {CHUNK, 0, 0}, 0},
+                {CHUNK + 1, {CHUNK, 1, 0}, 1},
+                {2 * CHUNK, {CHUNK, CHUNK, 0}, 1}};
+    static unsigned char bytes[CHUNK];
+    const struct store_claim claim = {.sequence = 7, .token = 11};
+    unsigned char *chunks[] = {bytes, bytes, bytes};
+    (void)state;
+    for (size_t k = 0; k < COUNT(rows); k++) {
+        struct store_segment segment = {
+            .claim = &claim, .index = 32, .chunks = chunks, .length = rows[k].length, .last = true};
+        for (size_t n = 0; n < 3; n++) {
+            const size_t length = rows[k].lengths[n];
+            assert_int_equal(segment_chunk_length(&segment, n), length);
+            struct seal_chunk chunk = {7, 11, 32 + (int64_t)n, n >= rows[k].last};
+            segment.last = true;
+            assert_true(segment_seal(&segment, n) == seal_of_chunk(&chunk, bytes, length));
+            segment.last = chunk.last = false;
+            assert_true(segment_seal(&segment, n) == seal_of_chunk(&chunk, bytes, length));
+        }
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_cursor_is_the_network_that_it_says),
@@ -235,6 +342,10 @@ int main(void) {
         cmocka_unit_test(test_clocks_that_part_have_jumped),
         cmocka_unit_test(test_seals_stay_as_they_are),
         cmocka_unit_test(test_query_fails_without_memory),
+        cmocka_unit_test(test_store_urls_name_their_kind),
+        cmocka_unit_test(test_store_schema_has_one_version),
+        cmocka_unit_test(test_backup_contents_are_compared),
+        cmocka_unit_test(test_segments_have_full_chunks_but_the_last),
     };
     return cmocka_run_group_tests_name("store parts", tests, NULL, NULL);
 }
