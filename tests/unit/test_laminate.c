@@ -3,6 +3,8 @@
  * record and from results is what is drawn from the laminate itself. */
 #include "api/laminate/account.h"
 #include "api/laminate/check.h"
+#include "api/laminate/courses.h"
+#include "api/laminate/map.h"
 #include "api/laminate/patterns.h"
 #include "api/laminate/run.h"
 #include "support.h"
@@ -147,6 +149,88 @@ static void test_laminate_check_asks_for_its_surface(void **state) {
     bytes_free(&text);
 }
 
+/* A laminate of these plies on the saddle, decoded and resolved in the arena. */
+static enum api_problem_id resolve_plies(const char *list, struct bytes *text, struct arena *arena,
+                                         struct laminate *laminate, struct api_problem *problem) {
+    *problem = (struct api_problem){.id = API_OK};
+    text->length = 0;
+    bytes_format(text, "{\"surface\":%s,\"plies\":%s}", request_text("saddle_surface"), list);
+    const struct api_input input = {.request = text->data, .request_length = text->length};
+    if (laminate_decode(&input, &api_limits_default, arena, laminate, problem) != API_OK)
+        return problem->id;
+    return laminate_resolve(laminate, &api_limits_default, arena, problem);
+}
+
+/* What a drape cannot be is said of its ply, by the check or when it is draped. */
+static void test_laminate_faults_are_of_their_ply(void **state) {
+    static const char fine[] = "[{\"fabric\":{\"spacing\":0.5}},{\"fabric\":{\"spacing\":1e-6}}]";
+    static const char far[] = "[{\"fabric\":{\"spacing\":0.5}},"
+                              "{\"fabric\":{\"spacing\":0.6},\"start\":{\"point\":[9,9,9]}}]";
+    struct stored *s = *state;
+    struct bytes text = {0}, result = {0};
+    struct laminate laminate;
+    struct api_problem problem;
+    const struct api_sink sink = sink_into(&result);
+    assert_int_equal(resolve_plies(fine, &text, s->arena, &laminate, &problem), API_OK);
+    assert_int_not_equal(laminate_check_drapes(&laminate, &api_limits_default, s->arena, &problem),
+                         API_OK);
+    assert_memory_equal(problem.error[0].pointer, "/plies/1/", 9);
+    assert_int_equal(resolve_plies(far, &text, s->arena, &laminate, &problem), API_OK);
+    const struct api_input input = {.request = text.data, .request_length = text.length};
+    assert_int_equal(laminate_run(&laminate, 0, &input, &api_limits_default, NULL, &sink, &problem),
+                     API_OK);
+    assert_int_equal(problem.count, 0);
+    assert_int_equal(laminate_run(&laminate, 1, &input, &api_limits_default, NULL, &sink, &problem),
+                     API_START_OFF_SURFACE);
+    assert_string_equal(problem.error[0].pointer, "/plies/1/start");
+    bytes_free(&text);
+    bytes_free(&result);
+}
+
+/* What was understood is understood as the same: a piece without the cuts of its ply, and the
+ * courses of a drape. */
+static void test_laminate_is_understood_as_the_same(void **state) {
+    static const char cut[] = "[{\"fabric\":{\"spacing\":0.5},\"splits\":[{\"path\":"
+                              "[[0,-2,-2],[0,-1,-0.5],[0,0,0],[0,1,-0.5],[0,2,-2]]}],"
+                              "\"cuts\":[{\"path\":[[2,0,2],[1.5,0,1.125],[1,0,0.5]]}],"
+                              "\"pieces\":[{\"at\":[-1,0,0.5],\"cuts\":[]}]}]";
+    static const double widths[] = {1, 0.75}, gap[] = {0.125};
+    static const struct courses_offset gaps[] = {{gap, 1}};
+    const struct courses_settings lay = {
+        .widths = widths, .width_count = 2, .gaps = gaps, .gap_count = 1, .both = true};
+    struct stored *s = *state;
+    struct bytes text = {0};
+    struct laminate laminate, again;
+    struct api_request drape;
+    struct api_problem problem = {.id = API_OK};
+    assert_int_equal(resolve_plies(cut, &text, s->arena, &laminate, &problem), API_OK);
+    const char *document = laminate_normalise(&laminate, s->arena);
+    assert_non_null(strstr(document, "\"cuts\":[]"));
+    struct api_input input = {.request = document, .request_length = strlen(document)};
+    assert_int_equal(laminate_decode(&input, &api_limits_default, s->arena, &again, &problem),
+                     API_OK);
+    assert_int_equal(laminate_resolve(&again, &api_limits_default, s->arena, &problem), API_OK);
+    assert_string_equal(laminate_normalise(&again, s->arena), document);
+
+    assert_int_equal(decode_text(request_text("saddle"), s->arena, &drape, &problem), API_OK);
+    document = courses_document(&drape, &lay, s->arena);
+    input = (struct api_input){.request = document, .request_length = strlen(document)};
+    assert_int_equal(laminate_decode(&input, &api_limits_default, s->arena, &again, &problem),
+                     API_OK);
+    assert_int_equal(again.count, 1);
+    assert_int_equal(again.side, 1);
+    assert_int_equal(again.plies[0].repeat, 1);
+    assert_string_equal(again.plies[0].name, "ply_1");
+    assert_true(again.plies[0].drape.settings.spacing[0] == 0.5);
+    const struct courses_settings *found = &again.plies[0].pieces->courses->lay;
+    assert_int_equal(found->width_count, 2);
+    assert_memory_equal(found->widths, widths, sizeof widths);
+    assert_int_equal(found->gap_count, 1);
+    assert_true(found->gaps[0].count == 1 && found->gaps[0].values[0] == 0.125);
+    assert_true(found->both && found->along == COURSES_ALONG_DIRECTION);
+    bytes_free(&text);
+}
+
 /* ---- drawing ---- */
 
 /* From the record with these options, which are pairs of strings. */
@@ -197,6 +281,39 @@ static void test_laminate_record_draws_what_the_laminate_does(void **state) {
     put_columns(s, SIZE_MAX);
 }
 
+/* On a triangle in the middle of the part: from the record as from the laminate, and with the names
+ * of plies made different. */
+static void test_laminate_record_maps_what_the_laminate_does(void **state) {
+    static const struct vec3 corners[] = {{0.2, 0.1, 0}, {0.3, 0.1, 0}, {0.2, 0.2, 0}};
+    static const int32_t elements[][4] = {{0, 1, 2, -1}};
+    static const char same[] = "[{\"name\":\"a\",\"fabric\":{\"spacing\":0.5,\"thickness\":0.001}},"
+                               "{\"name\":\"b\",\"fabric\":{\"spacing\":0.5,\"thickness\":0.001}},"
+                               "{\"name\":\"b\",\"fabric\":{\"spacing\":0.5,\"thickness\":0.001}}]";
+    static const char *const names[] = {"skin", "halves, piece_1", "halves, piece_2", "again"};
+    static const char *const made[] = {"a", "b", "b_3"};
+    const struct map_target target = {
+        .vertices = corners, .vertex_count = 3, .elements = elements, .element_count = 1};
+    struct stored *s = *state;
+    struct api_problem problem = {.id = API_OK};
+    struct api_map *map = arena_alloc(s->arena, 1, sizeof *map);
+    struct bytes text = {0};
+    struct laminate laminate;
+    assert_int_equal(laminate_map_record(s->record, strlen(s->record), s->columns.data,
+                                         s->columns.length, &api_limits_default, &target, NULL,
+                                         s->arena, map, &problem),
+                     API_OK);
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+        assert_string_equal(map->fields.plies->names[k], names[k]);
+    assert_string_equal(map->fields.revision, s->laminate.revision);
+    assert_int_equal(resolve_plies(same, &text, s->arena, &laminate, &problem), API_OK);
+    assert_int_equal(laminate.net_count, 1);
+    assert_int_equal(laminate_map(&laminate, s->nets, &target, NULL, s->arena, map, &problem),
+                     API_OK);
+    for (size_t k = 0; k < sizeof made / sizeof *made; k++)
+        assert_string_equal(map->fields.plies->names[k], made[k]);
+    bytes_free(&text);
+}
+
 /* Results that end early or are of another number of drapes, options out of range, and a record
  * without a laminate are told. */
 static void test_laminate_record_that_is_damaged_is_told(void **state) {
@@ -228,7 +345,10 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_laminate_check_writes_what_it_says),
         cmocka_unit_test(test_laminate_check_asks_for_its_surface),
+        cmocka_unit_test(test_laminate_faults_are_of_their_ply),
+        cmocka_unit_test(test_laminate_is_understood_as_the_same),
         cmocka_unit_test(test_laminate_record_draws_what_the_laminate_does),
+        cmocka_unit_test(test_laminate_record_maps_what_the_laminate_does),
         cmocka_unit_test(test_laminate_record_that_is_damaged_is_told),
     };
     return cmocka_run_group_tests(tests, make_stored, free_stored);
