@@ -107,6 +107,8 @@ def group_of(case):
     """What the results of a case are compared with alone: those of its request, its maps, its bundle, or
     others that are refused."""
     file, _, output = case
+    if file.startswith(("refused laminate", "refused study")):
+        return file.partition(":")[0]
     if file.startswith("refused ") or file in BAD_REQUESTS:
         return "refused"
     return f"{file}, bundle" if output.startswith("bundle") else f"{file}, maps" if " --map " in output else file
