@@ -14,11 +14,12 @@
 
 enum { NETS_MAX = 4 };
 
-/* Two plies of which the last is as the first and shares its drape, and one of two pieces. */
+/* Two plies of which the last is as the first and shares its drape, and one of three pieces. */
 static const char plies[] =
     "[{\"name\":\"skin\",\"repeat\":2,\"fabric\":{\"spacing\":0.5,\"thickness\":0.001}},"
-    "{\"name\":\"halves\",\"fabric\":{\"spacing\":0.5,\"thickness\":0.001},\"splits\":[{\"path\":"
-    "[[0,-2,-2],[0,-1,-0.5],[0,0,0],[0,1,-0.5],[0,2,-2]]}]},"
+    "{\"name\":\"thirds\",\"fabric\":{\"spacing\":0.5,\"thickness\":0.001},\"splits\":["
+    "{\"path\":[[-1,-2,-1.5],[-1,-1,0],[-1,0,0.5],[-1,1,0],[-1,2,-1.5]]},"
+    "{\"path\":[[1,-2,-1.5],[1,-1,0],[1,0,0.5],[1,1,0],[1,2,-1.5]]}]},"
     "{\"name\":\"again\",\"fabric\":{\"spacing\":0.5,\"thickness\":0.001}}]";
 
 /* A laminate, what a check has written of it, and the results of its drapes. */
@@ -62,7 +63,7 @@ static int make_stored(void **state) {
                      API_OK);
     assert_int_equal(laminate_resolve(&s->laminate, &api_limits_default, s->arena, &problem),
                      API_OK);
-    assert_int_equal(s->laminate.net_count, 3);
+    assert_int_equal(s->laminate.net_count, 4);
     for (size_t n = 0; n < s->laminate.net_count; n++) {
         const struct api_sink into = sink_into(&s->results[n]);
         assert_int_equal(
@@ -98,7 +99,7 @@ static void test_laminate_check_writes_what_it_says(void **state) {
     assert_int_equal(sscanf(at, "%zu %zu%n", &count, &record_length, &used), 2);
     at += used;
     assert_int_equal(*at++, '\n');
-    assert_int_equal(count, 3);
+    assert_int_equal(count, 4);
     for (size_t n = 0; n < count; n++) {
         char digest[API_ID_SIZE] = "";
         assert_int_equal(sscanf(at, "%64s %zu%n", digest, &lengths[n], &used), 2);
@@ -113,7 +114,7 @@ static void test_laminate_check_writes_what_it_says(void **state) {
         assert_memory_equal(at, request, lengths[n]);
         at += lengths[n];
     }
-    static const char lines[] = "0 skin\n1 halves\tpiece_1\n2 \tpiece_2\n0 again\n\n";
+    static const char lines[] = "0 skin\n1 thirds\tpiece_1\n2 \tpiece_2\n3 \tpiece_3\n0 again\n\n";
     assert_int_equal(record_length, strlen(at));
     assert_memory_equal(at, lines, strlen(lines));
     s->record = at;
@@ -250,7 +251,7 @@ static enum api_problem_id draw_record(const struct stored *s, size_t length, co
 
 /* With all results, and without that of a piece, which is said; options take their place. */
 static void test_laminate_record_draws_what_the_laminate_does(void **state) {
-    static const char *const formats[] = {"json", "svg", "html", "laser-csv"};
+    static const char *const formats[] = {"json", "svg"};
     static const char options[] = "width\0"
                                   "9\0"
                                   "gap\0"
@@ -281,6 +282,20 @@ static void test_laminate_record_draws_what_the_laminate_does(void **state) {
     put_columns(s, SIZE_MAX);
 }
 
+/* Of every ply its pieces, and the seams between those that meet. */
+static void test_laminate_account_has_every_seam(void **state) {
+    struct stored *s = *state;
+    struct bytes drawn = {0};
+    struct api_problem problem;
+    size_t seams = 0;
+    assert_int_equal(draw_record(s, s->columns.length, "json", "", 0, &drawn, &problem), API_OK);
+    for (const char *at = drawn.data; (at = strstr(at, "{\"pieces\":[\"piece_")); at++)
+        seams++;
+    assert_int_equal(seams, 2);
+    assert_non_null(strstr(drawn.data, "\"seams\":[{\"pieces\":["));
+    bytes_free(&drawn);
+}
+
 /* On a triangle in the middle of the part: from the record as from the laminate, and with the names
  * of plies made different. */
 static void test_laminate_record_maps_what_the_laminate_does(void **state) {
@@ -289,7 +304,8 @@ static void test_laminate_record_maps_what_the_laminate_does(void **state) {
     static const char same[] = "[{\"name\":\"a\",\"fabric\":{\"spacing\":0.5,\"thickness\":0.001}},"
                                "{\"name\":\"b\",\"fabric\":{\"spacing\":0.5,\"thickness\":0.001}},"
                                "{\"name\":\"b\",\"fabric\":{\"spacing\":0.5,\"thickness\":0.001}}]";
-    static const char *const names[] = {"skin", "halves, piece_1", "halves, piece_2", "again"};
+    static const char *const names[] = {"skin", "thirds, piece_1", "thirds, piece_2",
+                                        "thirds, piece_3", "again"};
     static const char *const made[] = {"a", "b", "b_3"};
     const struct map_target target = {
         .vertices = corners, .vertex_count = 3, .elements = elements, .element_count = 1};
@@ -323,7 +339,7 @@ static void test_laminate_record_that_is_damaged_is_told(void **state) {
     const size_t whole = s->columns.length;
     assert_int_equal(draw_record(s, whole, "json", "", 0, &drawn, &problem), API_OK);
     assert_int_equal(draw_record(s, whole - 1, "json", "", 0, &drawn, &problem), API_INTERNAL);
-    for (size_t length = 0; length <= 4 * sizeof(uint64_t); length += sizeof(uint64_t))
+    for (size_t length = 0; length <= 5 * sizeof(uint64_t); length += sizeof(uint64_t))
         assert_int_equal(draw_record(s, length, "json", "", 0, &drawn, &problem), API_INTERNAL);
     s->columns.data[0]++;
     assert_int_equal(draw_record(s, whole, "json", "", 0, &drawn, &problem), API_INTERNAL);
@@ -348,6 +364,7 @@ int main(void) {
         cmocka_unit_test(test_laminate_faults_are_of_their_ply),
         cmocka_unit_test(test_laminate_is_understood_as_the_same),
         cmocka_unit_test(test_laminate_record_draws_what_the_laminate_does),
+        cmocka_unit_test(test_laminate_account_has_every_seam),
         cmocka_unit_test(test_laminate_record_maps_what_the_laminate_does),
         cmocka_unit_test(test_laminate_record_that_is_damaged_is_told),
     };
