@@ -264,6 +264,20 @@ static void test_store_schema_has_one_version(void **state) {
     assert_non_null(strstr(why, "older version that made it"));
 }
 
+/* A week for results, four for records, and a minute for claims, in microseconds. */
+static void test_store_options_have_their_defaults(void **state) {
+    const struct store_options *own = &store_options_default;
+    const int64_t day = INT64_C(86400000000);
+    (void)state;
+    assert_int_equal(own->retention_us, 7 * day);
+    assert_int_equal(own->records_us, 28 * day);
+    assert_int_equal(own->lease_us, 60000000);
+    assert_int_equal(own->clock_trust_us, 300000000);
+    assert_int_equal(own->queue_limit, 10000);
+    assert_int_equal(own->max_attempts, 3);
+    assert_int_equal(own->busy_ms, 5000);
+}
+
 /* ------------------------------------------------------------------ copies */
 
 /* Tables in any order; which differs is said. */
@@ -344,6 +358,7 @@ int main(void) {
         cmocka_unit_test(test_query_fails_without_memory),
         cmocka_unit_test(test_store_urls_name_their_kind),
         cmocka_unit_test(test_store_schema_has_one_version),
+        cmocka_unit_test(test_store_options_have_their_defaults),
         cmocka_unit_test(test_backup_contents_are_compared),
         cmocka_unit_test(test_segments_have_full_chunks_but_the_last),
     };
