@@ -183,6 +183,10 @@ static void test_survey_sees_what_is_there(void **state) {
     assert_false(survey_store(nowhere, survey, why));
     assert_non_null(strstr(why, "nowhere"));
     assert_int_equal(access(nowhere, F_OK), -1);
+    scratch_stop(scratch);
+    scratch_forget(scratch);
+    assert_false(survey_store(scratch->path, survey, why));
+    assert_non_null(strstr(why, scratch->remote ? "has no store of draped" : "No such file"));
     free(survey);
 }
 
