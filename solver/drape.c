@@ -144,6 +144,12 @@ enum status drape_prepare(const struct drape_part *whole, int32_t component,
     return STATUS_OK;
 }
 
+void drape_prepared_relocate(struct relocation *relocation, void *field) {
+    struct drape_prepared *prepared = relocate_once(relocation, field, 1, sizeof *prepared);
+    for (int k = 0; prepared && k < 2; k++)
+        mesh_relocate(relocation, &prepared->tube[k]);
+}
+
 /* ---- starts ---- */
 
 /* The place of the largest component that is nearest to its centroid, but inside a face. */

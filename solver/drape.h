@@ -61,6 +61,11 @@ enum status drape_prepare(const struct drape_part *part, int32_t component,
                           const struct drape_settings *settings, struct arena *arena,
                           const struct drape_prepared **prepared) STATUS_MUST_USE;
 
+/* A walk of `relocation.h` from the pointer to that on, for a method other than mosaic and no mesh.
+ */
+struct relocation;
+void drape_prepared_relocate(struct relocation *relocation, void *field);
+
 /* How the part bends: a surface as `surface_bends_find` has it, of a shell the least radius of its
  * faces alone; of a mesh, which has none, the radius is infinite. */
 struct surface_bends;

@@ -4,6 +4,7 @@
 #include "api/checksum.h"
 #include "digest.h"
 #include "prepared_form_build.h"
+#include "solver/drape.h"
 #include "solver/mesh/mesh.h"
 #include "solver/relocation.h"
 #include "solver/surface/spans.h"
@@ -83,6 +84,7 @@ static void relocate_form(struct relocation *relocation, void *root) {
     mesh_relocate(relocation, &part->part.mesh);
     shell_relocate(relocation, &part->shell.shell);
     shell_relocate(relocation, &part->shell.all);
+    drape_prepared_relocate(relocation, &part->prepared);
     relocate(relocation, &part->shell.numbers, part->shell.count, sizeof *part->shell.numbers);
 }
 
@@ -126,6 +128,20 @@ static int unit_number(const struct api_unit *unit) {
     return unit ? (int)(unit - api_units) : -1;
 }
 
+/* What drapes of the largest component of a shell share, whatever they ask for; NULL: nothing, or
+ * no memory. */
+static const struct drape_prepared *make_shared(const struct prepared_part *part,
+                                                struct arena *arena) {
+    const struct drape_settings settings = {.method = DRAPE_GIB};
+    const struct shell *shell = part->part.shell;
+    const struct drape_prepared *made = NULL;
+    if (part->prepared || !shell)
+        return part->prepared;
+    enum status status =
+        drape_prepare(&part->part, shell_largest_component(shell), &settings, arena, &made);
+    return status == STATUS_OK ? made : NULL;
+}
+
 /* What lies outside of the arena is written by its number, or belongs to one run. */
 static struct prepared_form *make_root(const struct api_request *request,
                                        const struct prepared_part *part,
@@ -136,6 +152,7 @@ static struct prepared_form *make_root(const struct api_request *request,
     form->request = *request;
     form->part = *part;
     (void)prepared_part_bends(&form->part);
+    form->part.prepared = make_shared(part, arena);
     memcpy(form->source, source, API_ID_SIZE);
     form->unit[0] = unit_number(request->length_unit);
     form->unit[1] = unit_number(request->surface.length_unit);

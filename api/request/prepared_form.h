@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The prepared form of a surface: what it was decoded to, and what follows from its faces for every
- * drape (spans, regions, areas, joints), made once and kept as bytes. Who has the form need not
- * read the definition, nor make anything of it.
+ * drape (spans, regions, areas, joints, the mesh by which a tube is cut open), made once and kept
+ * as bytes. Who has the form need not read the definition, nor make anything of it.
  *
  * A form is of one source, a document that it is known by: the definition of a stored surface,
  * whose id is its digest, or a request with a surface of its own, which is then decoded as a whole.

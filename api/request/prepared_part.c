@@ -25,7 +25,11 @@ enum api_problem_id prepared_part_make(const struct api_request *request,
                                        struct api_problem *problem) {
     const struct prepared_part *ready = prepared_form_part(request);
     enum api_problem_id id;
-    *prepared = (struct prepared_part){.bends = ready ? ready->bends : (struct surface_bends){0}};
+    *prepared = (struct prepared_part){0};
+    if (ready) {
+        prepared->bends = ready->bends;
+        prepared->prepared = ready->prepared;
+    }
     switch (request->surface.kind) {
     case API_SURFACE_MESH:
         return prepared_mesh_make(request, limits, arena, &prepared->part.mesh, problem);
@@ -72,6 +76,7 @@ enum api_problem_id prepared_part_settle(const struct prepared_part *prepared, s
                                          struct drape_settings *settings,
                                          struct api_problem *problem) {
     settings->start_face = prepared->shell.start_face;
+    settings->prepared = prepared->prepared;
     return settings->generator[0].kind == DRAPE_GENERATOR_PLACES
                ? settle_places(&prepared->shell, &settings->generator[0], arena, problem)
                : API_OK;

@@ -14,7 +14,9 @@
 
 struct prepared_part {
     struct drape_part part;
-    struct surface_bends bends;  /* of a part from a prepared form; else unknown until asked for */
+    struct surface_bends bends; /* of a part from a prepared form; else unknown until asked for */
+    const struct drape_prepared
+        *prepared;               /* likewise, of a shell: what its drapes share; or NULL */
     struct prepared_shell shell; /* with the numbers of its faces, if it is one; the solver counts
                                     faces by their places among these (`prepared_part_settle`) */
 };
@@ -36,7 +38,7 @@ enum api_problem_id prepared_part_make(const struct api_request *request,
 /* How the part bends; found now, and kept, where it is not known. */
 const struct surface_bends *prepared_part_bends(struct prepared_part *prepared);
 
-/* The settings of that request with faces as the solver counts them. Problems:
+/* The settings of that request with faces as the solver counts them, and what is ready. Problems:
  * API_INVALID_REQUEST (a generator's place on a face that the part does not have),
  * API_OUT_OF_MEMORY. */
 enum api_problem_id prepared_part_settle(const struct prepared_part *prepared, struct arena *arena,

@@ -265,6 +265,39 @@ static void test_prepared_forms_know_how_the_part_bends(void **state) {
     }
 }
 
+/* A square tube of four faces: its drapes need not make the mesh by which it is cut open. */
+static void test_prepared_forms_have_the_mesh_of_a_tube(void **state) {
+    (void)state;
+    static const double corner[5][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 0}};
+    struct bytes text = {0};
+    bytes_format(&text, "%s", "{\"fabric\":{\"spacing\":0.2},\"surface\":{\"faces\":[");
+    for (int k = 0; k < 4; k++) {
+        const double *a = corner[k], *b = corner[k + 1];
+        bytes_format(&text,
+                     "%s{\"degree_u\":1,\"degree_v\":1,\"size_u\":2,\"size_v\":2,"
+                     "\"knotvector_u\":[0,0,1,1],\"knotvector_v\":[0,0,1,1],\"control_points\":"
+                     "[[%g,%g,0],[%g,%g,3],[%g,%g,0],[%g,%g,3]]}",
+                     k ? "," : "", a[0], a[1], a[0], a[1], b[0], b[1], b[0], b[1]);
+    }
+    bytes_format(&text, "%s", "]}}");
+    struct bytes form = form_of_request(text.data);
+    const struct api_input plain = input_of(text.data, NULL, NULL);
+    const struct api_input prepared = input_of(text.data, NULL, &form);
+    struct arena *arena = arena_new((size_t)1 << 28);
+    struct api_problem problem = {0};
+    struct api_request request;
+    struct prepared_part part;
+    assert_int_equal(api_decode(&prepared, &api_limits_default, arena, &request, &problem), API_OK);
+    assert_int_equal(prepared_part_make(&request, &api_limits_default, arena, &part, &problem),
+                     API_OK);
+    assert_int_equal(prepared_part_settle(&part, arena, &request.settings, &problem), API_OK);
+    assert_non_null(request.settings.prepared);
+    assert_same_results(&plain, &prepared);
+    arena_free(arena);
+    bytes_free(&form);
+    bytes_free(&text);
+}
+
 /* Texts are kept to their ends, however long. */
 static void test_prepared_forms_keep_long_names(void **state) {
     (void)state;
@@ -367,6 +400,7 @@ int main(void) {
         cmocka_unit_test(test_prepared_forms_give_the_same_bits),
         cmocka_unit_test(test_prepared_forms_keep_the_whole_request),
         cmocka_unit_test(test_prepared_forms_know_how_the_part_bends),
+        cmocka_unit_test(test_prepared_forms_have_the_mesh_of_a_tube),
         cmocka_unit_test(test_prepared_forms_keep_long_names),
         cmocka_unit_test(test_prepared_forms_of_a_changed_bit_are_none),
         cmocka_unit_test(test_prepared_forms_of_another_source_are_none),
