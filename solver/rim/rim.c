@@ -43,6 +43,9 @@ static const double beside = 0.01;
 /* A node may be this far from the place that it is to lead to, in spacings. */
 static const double seed_reach = 2;
 
+/* A corner of the rim turns by so much. */
+static const double turned_cosine = 0.9;
+
 /* A place on an edge, found on the cloth. */
 struct stop {
     double t;
@@ -386,12 +389,16 @@ static void refine_step(struct tracer *t, const struct stop *a, const struct sto
 
 /* ---- pieces and loops ---- */
 
-/* A piece from a place that is known; `last` becomes that at its end. */
+/* A piece from a place that is known; `last` becomes that at its end. At a corner the cloth may end
+ * on the yarn that this piece runs along, which the one before it only met. */
 static void follow_edge_piece(struct tracer *t, struct stop *last) {
-    struct rim_cloth_point place = {.p = last->pq[0], .q = last->pq[1]};
+    struct vec3 before = vec3_unit(last->spot.dr);
     struct stop next;
     last->t = 0;
     edge_point_at(t, 0, &last->spot);
+    if (!last->covered && vec3_dot(before, vec3_unit(last->spot.dr)) < turned_cosine)
+        find_stop(t, last->pq, false, last);
+    struct rim_cloth_point place = {.p = last->pq[0], .q = last->pq[1]};
     if (last->covered && last->smooth) {
         const struct rim_patch *patch = t->rim->cloth.patch;
         if (!patch->known || fabs(place.p - patch->i - 0.5) > 0.6 ||
@@ -439,12 +446,14 @@ static void follow_edge_loop(struct tracer *t, const struct rim_loop *loop) {
         sight = t->from->sight;
         follow_edge_piece(t, &stop);
     }
-    /* Nothing leads to where the loop begins but its end. */
-    if (!t->failed && t->rim->count > begin && !t->rim->points[begin].covered && stop.covered &&
-        sight == t->rim->points[begin].sight && !t->from->leaps) {
-        t->rim->points[begin].covered = true;
-        t->rim->points[begin].p = stop.pq[0];
-        t->rim->points[begin].q = stop.pq[1];
+    /* Nothing leads to where the loop begins but its end, if that is there. */
+    struct rim_point *start = t->rim->points + begin;
+    if (!t->failed && t->rim->count > begin && !start->covered && stop.covered &&
+        sight == start->sight &&
+        vec3_distance(stop.spot.r, start->r) < RIM_TOLERANCE * t->spacing) {
+        start->covered = true;
+        start->p = stop.pq[0];
+        start->q = stop.pq[1];
     }
     /* Points that no cloth reaches take the coordinates of the last one before that it does. */
     struct rim_point *points = t->rim->points;

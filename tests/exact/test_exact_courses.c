@@ -538,6 +538,43 @@ static void test_exact_courses_on_faces_are_those_of_the_whole(void **state) {
     }
 }
 
+/* A course along an edge covers the corners at its ends, of faces too: from wherever the rim comes
+ * there. */
+static void test_exact_courses_reach_the_corners_of_faces(void **state) {
+    (void)state;
+    static const double domain[2] = {-1, 1}, spacing = 0.07;
+    static struct shape shape;
+    static struct pieces pieces;
+    uint64_t seed = check_seed(9);
+    double most = 0;
+    for (int k = 0; k < 40; k++) {
+        struct plan plan;
+        struct laid laid;
+        struct courses_result faces;
+        double least = HUGE_VAL;
+        shape_quadric(&shape, random_between(&seed, -0.8, 0.8), random_between(&seed, -0.8, 0.8),
+                      domain, domain);
+        double uv[2] = {0, 0};
+        uv[k % 4 / 2] = domain[k % 2];
+        plan_make(&plan, 0.4, 0, 0, spacing);
+        plan.settings.along = COURSES_ALONG_EDGE;
+        plan.settings.edge = shape_point(&shape, uv);
+        plan.settings.most = 1;
+        assert_int_equal(lay(&shape, &plan.settings, &laid), STATUS_OK);
+        pieces_cut(&pieces, k < 20 ? CUT_QUADS : CUT_ISOLINES, &shape, &seed);
+        const struct drape_part part = {.shell = pieces_shell(&pieces, laid.arena)};
+        for (int side = 0; side < 2; side++) { /* the first face's is the whole's or the other */
+            plan.settings.to_right = side;
+            if (courses_lay(&part, &plan.settings, NULL, laid.arena, &faces) == STATUS_OK)
+                least = fmin(least, fabs(laid.result.net_area - faces.net_area));
+        }
+        most = fmax(most, least / (spacing * spacing));
+        arena_free(laid.arena);
+    }
+    print_message("# on faces %.3f of a cell is bare that is not of the whole\n", most);
+    check_at_most(most, 0.1);
+}
+
 static void test_exact_courses_refuse_what_cannot_be_laid(void **state) {
     (void)state;
     static const double x[2] = {0, 4}, y[2] = {0, 2};
@@ -581,6 +618,7 @@ int main(void) {
         cmocka_unit_test(test_exact_courses_of_parallel_fibers_follow_parallels),
         cmocka_unit_test(test_exact_courses_keep_their_gap_on_any_surface),
         cmocka_unit_test(test_exact_courses_on_faces_are_those_of_the_whole),
+        cmocka_unit_test(test_exact_courses_reach_the_corners_of_faces),
         cmocka_unit_test(test_exact_courses_refuse_what_cannot_be_laid),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
