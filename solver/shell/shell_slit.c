@@ -9,9 +9,9 @@
  * over their chords, and folds hardly more. */
 static const double nearness = 0.5;
 
-/* A piece of a line shorter than this share of the ways, such as rounding leaves between faces, has
- * no direction. */
-static const double least_ribbon = 1e-6;
+/* A piece of a line shorter than this share of the ways has no direction; nor has one between the
+ * ends of two faces, which are off their joint by the tolerance of the part. */
+static const double least_ribbon = 1e-6, least_bridge = 1e-3;
 
 /* What lies ahead of an end is seen from there within 26 degrees of where the line leads: of the
  * border of a round hole the other side. */
@@ -36,9 +36,9 @@ struct shell_slit {
 };
 
 static void add_ribbon(struct shell_slit *slit, struct vec3 from, struct vec3 to,
-                       struct vec3 normal) {
+                       struct vec3 normal, double least) {
     struct vec3 left = vec3_unit(vec3_cross(normal, vec3_sub(to, from)));
-    if (vec3_distance(from, to) > least_ribbon * slit->reach)
+    if (vec3_distance(from, to) > least * slit->reach)
         slit->ribbons[slit->count++] = (struct ribbon){from, to, {left, left}};
 }
 
@@ -95,14 +95,15 @@ enum status shell_slit_make(const struct shell *shell, const struct shell_slit_l
         struct surface_cursor cursor = {0};
         struct surface_jet jet, next;
         surface_jet_at(surface, &cursor, piece->uv[0][0], piece->uv[0][1], &jet);
-        if (slit->count > 0) /* over a hole, or the gap of a joint */
+        if (slit->count > 0) /* over a hole */
             add_ribbon(slit, ribbons[slit->count - 1].to, piece->r[0],
-                       vec3_scale(surface->side, vec3_cross(jet.u, jet.v)));
+                       vec3_scale(surface->side, vec3_cross(jet.u, jet.v)), least_bridge);
         for (size_t k = 1; k < piece->count; k++, jet = next) {
             surface_jet_at(surface, &cursor, piece->uv[k][0], piece->uv[k][1], &next);
             struct vec3 normal = vec3_add(vec3_unit(vec3_cross(jet.u, jet.v)),
                                           vec3_unit(vec3_cross(next.u, next.v)));
-            add_ribbon(slit, piece->r[k - 1], piece->r[k], vec3_scale(surface->side, normal));
+            add_ribbon(slit, piece->r[k - 1], piece->r[k], vec3_scale(surface->side, normal),
+                       least_ribbon);
         }
     }
     if (slit->count > 0) {

@@ -6,6 +6,7 @@
  */
 #include "api/threads.h"
 #include "measure.h"
+#include "solver/shell/shell_slit.h"
 #include "tests/check.h"
 #include "whole.h"
 #include <stdio.h>
@@ -302,6 +303,35 @@ static void test_exact_shell_of_a_tube_is_cut_open_over_joints(void **state) {
     assert_true(tube_is_same(SCENE_CYLINDER_FULL, CUT_ISOLINES, DRAPE_GIB, 36));
 }
 
+/* Ways over a slit of two pieces, whose ends lie back over each other by what faces are off their
+ * joint, pass it once wherever they meet it. */
+static void test_exact_shell_slit_is_passed_next_to_a_joint(void **state) {
+    static const double x[2] = {-1, 1}, y[2][2] = {{-1, 0}, {0, 1}}, back = 2e-6;
+    static const struct vec3 normal = {0, 0, 1};
+    (void)state;
+    pieces = (struct pieces){.count = 2};
+    for (int k = 0; k < 2; k++)
+        shape_plane(&pieces.shape[k], x, y[k]);
+    struct arena *arena = arena_new((size_t)1 << 26);
+    struct shell *shell = pieces_shell(&pieces, arena);
+    double uv[2][2][2] = {{{0, -1}, {0, back}}, {{0, 0}, {0, 1}}};
+    struct vec3 r[2][2] = {{{0, -1, 0}, {0, back, 0}}, {{0, 0, 0}, {0, 1, 0}}};
+    const struct shell_slit_piece piece[2] = {
+        {.face = 0, .begins = true, .count = 2, .uv = uv[0], .r = r[0]},
+        {.face = 1, .ends = true, .count = 2, .uv = uv[1], .r = r[1]}};
+    const struct shell_slit_lines lines = {.pieces = piece, .count = 2, .reach = 0.2, .beyond = 1};
+    struct shell_slit *slit;
+    assert_int_equal(shell_slit_make(shell, &lines, arena, &slit), STATUS_OK);
+    for (int k = 0; k < 1000; k++) {
+        double at = 0.1 * (k - 499.5) / 500, slope = 0.02 * (k % 5 - 2);
+        const struct shell_slit_point left = {{-0.03, at - slope, 0}, normal},
+                                      right = {{0.05, at + slope, 0}, normal};
+        assert_int_equal(shell_slit_passes(slit, &right, &left), 1);
+        assert_int_equal(shell_slit_passes(slit, &left, &right), -1);
+    }
+    arena_free(arena);
+}
+
 static void check_bits(const struct drape_nodes *a, const struct drape_nodes *b) {
     const double *columns[][2] = {{a->u, b->u}, {a->v, b->v}, {a->x, b->x},
                                   {a->y, b->y}, {a->z, b->z}, {a->shear_deg, b->shear_deg}};
@@ -414,6 +444,7 @@ int main(void) {
         cmocka_unit_test(test_exact_shell_strap_runs_out_into_a_plate),
         cmocka_unit_test(test_exact_shell_of_a_tube_is_cut_open_opposite_the_start),
         cmocka_unit_test(test_exact_shell_of_a_tube_is_cut_open_over_joints),
+        cmocka_unit_test(test_exact_shell_slit_is_passed_next_to_a_joint),
         cmocka_unit_test(test_exact_shell_has_same_bits_with_threads),
         cmocka_unit_test(test_exact_shell_survives_failing_allocations),
         cmocka_unit_test(test_exact_shell_with_gaps_is_nearly_the_whole),
