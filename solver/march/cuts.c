@@ -9,6 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* A line may pass so far above the part, as a share of its length, before it is moved to it. */
+static const double rise_share = 1e-3;
+
 /* The steps in which a path is followed, as a share of the spacing. */
 static const double path_step = 0.25;
 
@@ -354,11 +357,21 @@ static bool nearest_to_cut(const void *context, struct vec3 r, struct vec3 *plac
     return true;
 }
 
+/* How far above the part a line may pass before it is moved to it: by the line alone, so that it is
+ * the same for all nets, but within a spacing, where places are looked for. */
+static double line_reach(const struct maker *m, const struct drape_cut_line *asked) {
+    double length = 0;
+    for (size_t k = 1; k < asked->count; k++)
+        length += vec3_distance(asked->path[k - 1], asked->path[k]);
+    return fmin(rise_share * length, m->spacing);
+}
+
 /* The line that is asked for, along the part. */
 static enum status lay_line(struct maker *m, const struct drape_cut_line *asked) {
     const struct laid_line_part part = {nearest_to_cut, m};
     struct path_line *line = &m->line;
-    enum status status = laid_line_make(&part, asked, m->spacing, m->march->arena, &line->cut);
+    enum status status =
+        laid_line_make(&part, asked, line_reach(m, asked), m->march->arena, &line->cut);
     if (status == STATUS_OK)
         line->at = arena_alloc(m->march->arena, line->cut.count, sizeof *line->at);
     if (!line->at)

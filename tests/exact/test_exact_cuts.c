@@ -586,8 +586,8 @@ static size_t lay_far_cut(double spacing, struct arena *arena, struct vec3 **lip
     return count;
 }
 
-/* Its points between the ends are found to within a spacing above the part, and moved to it along
- * its normals: where it then lies depends on the spacing, but only by a small share of that. */
+/* Its points between the ends are moved to the part along its normals where it rises from the line
+ * by a share of that, whatever the spacing: lips differ by the steps in which they are followed. */
 static void test_cut_between_far_points_hardly_moves_with_the_spacing(void **state) {
     (void)state;
     struct arena *arena = arena_new((size_t)1 << 30);
@@ -609,7 +609,7 @@ static void test_cut_between_far_points_hardly_moves_with_the_spacing(void **sta
         printf("    spacing %g: %zu points, within %.1e spacings of those by 1\n", d, count,
                worst / d);
         check_above((double)count, 10);
-        check_below(worst, 0.05 * d);
+        check_below(worst, 1e-3 * d);
     }
     arena_free(arena);
 }
