@@ -17,9 +17,9 @@
 #include "solver/path/path.h"
 #include "solver/shell/shell.h"
 
-/* Cloth passes an apex where no more is missing, there or at the edge, in degrees: it shears by so
- * much beyond it. */
-static const double passed_most = 5;
+/* Cloth passes an apex where no more is missing, there or at the edge, in degrees: it shears by up
+ * to about that beyond it. Past cones that lack 40 nets do not all come together any more. */
+static const double passed_most = 36;
 
 /* The apex is looked at on a ring round it this large, in spacings, in so many steps for half a
  * turn of a plane; a step that goes on by less than this share of itself is at an edge. */
