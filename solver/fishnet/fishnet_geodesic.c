@@ -105,6 +105,7 @@ struct meeting {
     struct vec3 gap, by[2], end_tangent;
     struct vec3 learnt[2]; /* what is added to the Jacobi fields in `by` */
     bool stalled, astray;  /* shorter steps and smaller angles do not help */
+    bool *met;             /* as of yarns: a joint, each ray */
 };
 
 /* `tried` gathers the rays' steps. */
@@ -115,6 +116,8 @@ static bool shoot_both(struct surface_cursor *cursor, struct meeting *m, int *tr
         return false;
     bool gone = path_advance_both(path, length);
     *tried += path[0].tried + path[1].tried;
+    for (int k = 0; k < 2; k++)
+        m->met[k] = m->met[k] || path[k].met;
     m->astray = path_is_astray(&path[0]) || path_is_astray(&path[1]);
     if (!gone || !end_ray(cursor, &path[0], &m->ray[0]) || !end_ray(cursor, &path[1], &m->ray[1]))
         return false;
@@ -342,8 +345,10 @@ enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
     if (fishnet_collocation_solve(cursor, cell, &wanted, NULL, node))
         return fishnet_right_root(cell, &node->point) ? FISHNET_FOUND : FISHNET_COLLAPSED;
     node->tried = 0;
+    bool met[2] = {false, false};
     struct meeting m = {
-        .ray = {{.from = cell->b, .length = length[0]}, {.from = cell->c, .length = length[1]}}};
+        .ray = {{.from = cell->b, .length = length[0]}, {.from = cell->c, .length = length[1]}},
+        .met = met};
     for (int k = 0; k < 2; k++)
         m.ray[k].direction =
             surface_point_tangent(m.ray[k].from, vec3_sub(node->point.jet.r, m.ray[k].from->jet.r));
@@ -355,7 +360,8 @@ enum fishnet_end fishnet_geodesic_meet(const struct surface *surface, struct sur
                                        const double accuracy[2], struct fishnet_yarns *yarns,
                                        struct fishnet_node *node) {
     struct meeting m = {.ray = {{.from = cell->b, .length = bd, .direction = yarns->start[0]},
-                                {.from = cell->c, .length = cd, .direction = yarns->start[1]}}};
+                                {.from = cell->c, .length = cd, .direction = yarns->start[1]}},
+                        .met = yarns->met};
     for (int k = 0; k < 2; k++) {
         m.ray[k].stays = yarns->stays[k];
         m.ray[k].reach = yarns->reach;

@@ -22,6 +22,7 @@
 struct fishnet_yarns {
     struct vec3 start[2], end[2];
     bool stays[2]; /* on the continuation of B's or C's face, over no joint */
+    bool met[2];   /* set: theirs or another tried on the way to D has met a joint */
     double reach;  /* of the geodesics, as a path's */
 };
 

@@ -271,10 +271,15 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     enum fishnet_end end = meet_as_geodesics(march, cell, accuracy, &yarns, node);
     /* Over a joint that is curved, for one; not where the first rays could not be followed. */
     if (end == FISHNET_NO_CONVERGENCE && geodesic && node->iterations > 0) {
-        yarns = begun;
+        memcpy(yarns.start, begun.start, sizeof yarns.start);
         end = meet_as_geodesics(march, cell, rough_accuracy, &yarns, node);
     }
+    /* One that met a joint stays on the face on which it begins. One that met none would be the
+     * same, but for being lost where the continuation is not trusted. */
+    const bool tried[2] = {geodesic || yarns.met[0], geodesic || yarns.met[1]};
     for (int k = 0; k < 2 && end == FISHNET_NO_CONVERGENCE && march->surface->shell; k++) {
+        if (!tried[k])
+            continue;
         yarns = begun;
         yarns.stays[k] = true;
         end = meet_as_geodesics(march, cell, accuracy, &yarns, node);

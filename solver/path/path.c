@@ -243,6 +243,7 @@ static bool advance_on_face(struct path *g, double h, struct effort *effort, dou
         double way = *length;
         if (g->stays || !path_find_joint(&before, g, *length, &joint, &way))
             return true;
+        g->met = before.met = there.met = true;
         beyond = *g;
         struct vec3 t;
         (void)path_point(&before, &t);

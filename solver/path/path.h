@@ -40,6 +40,7 @@ struct path {
     struct surface_jet jet; /* of where it is, as its span has it, if `has_jet` */
     bool has_jet;
     bool stays;   /* on the continuation of its face, over no joint */
+    bool met;     /* a joint, which it may have passed */
     double reach; /* beyond the boundary it is lost where the continuation is not trusted, which
                      it is up to so far from it; 0: anywhere */
     int astray;   /* steps that ended there */

@@ -41,6 +41,7 @@ static const double missed_share = 1e-6;
 /* Over a joint: what the tangent has along the edge and across it stays. */
 static bool cross_joint(struct path *g, const struct crossing *joint) {
     struct surface_jet jet;
+    g->met = true;
     path_jet(g, g->uv, &jet);
     struct vec3 t = vec3_axpy(g->velocity[1], jet.v, vec3_scale(g->velocity[0], jet.u));
     const struct surface_place entry = {joint->beyond, {joint->entry[0], joint->entry[1]}};
