@@ -281,8 +281,8 @@ static enum status begin(const struct drape_part *part, const struct shell_point
 }
 
 /* Lays the cuts, and sees that they begin at edges. */
-static enum status lay_cuts(struct march *march, const struct cuts_to_apexes *apexes,
-                            struct cut_fault *fault) {
+static enum status make_cuts(struct march *march, const struct cuts_to_apexes *apexes,
+                             struct cut_fault *fault) {
     const double *d = march->settings->spacing;
     struct rim_edges edges;
     enum status status = cuts_make(march, apexes, fault);
@@ -298,8 +298,8 @@ static enum status begin_cuts(struct march *march, struct cut_fault *fault) {
     struct cuts_to_apexes apexes;
     enum status status = cuts_to_apexes(march, &apexes);
     if (status == STATUS_OK)
-        status = lay_cuts(march, &apexes, fault);
-    return status == STATUS_CUT && apexes.count > 0 ? lay_cuts(march, &none, fault) : status;
+        status = make_cuts(march, &apexes, fault);
+    return status == STATUS_CUT && apexes.count > 0 ? make_cuts(march, &none, fault) : status;
 }
 
 enum status drape_check_cuts(const struct drape_part *whole, const struct drape_settings *settings,

@@ -89,7 +89,7 @@ static bool step_round(const struct apex *apex, struct surface_point *place, str
 
 /* From the ray that leads towards the start by equal steps to both sides until they meet; false
  * where the part is not all round the apex. */
-static bool go_round(struct apex *apex) {
+static bool meet_round_apex(struct apex *apex) {
     struct vec3 towards = vec3_sub(apex->march->start.point.jet.r, apex->at), way[2], ray[2];
     struct surface_point first, side[2];
     double step = M_PI * apex->radius / RING_STEPS, distance;
@@ -216,7 +216,8 @@ static enum status add_apex(struct march *march, const struct surface *surface, 
     for (size_t k = 0; k < apexes->count; k++)
         if (vec3_distance(apexes->line[k].path[apexes->line[k].count - 1], apex.at) < apex.radius)
             return STATUS_OK;
-    if (!turns_at_pole(surface, axis, end) || !go_round(&apex) || !(360 - apex.angle > passed_most))
+    if (!turns_at_pole(surface, axis, end) || !meet_round_apex(&apex) ||
+        !(360 - apex.angle > passed_most))
         return STATUS_OK;
     enum status status = find_ray(&apex, &line, &length);
     if (status != STATUS_OK || line.count == 0 ||

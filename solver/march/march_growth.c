@@ -305,9 +305,9 @@ static struct vec3 direction_across(struct march *march, const struct free_end *
 }
 
 /* The place one spacing on along a direction. */
-static bool step_on(struct march *march, int32_t i, int32_t j, int di, int dj,
-                    const struct surface_point *from, struct vec3 direction,
-                    struct surface_point *to, enum drape_reason *reason) {
+static bool go_a_spacing(struct march *march, int32_t i, int32_t j, int di, int dj,
+                         const struct surface_point *from, struct vec3 direction,
+                         struct surface_point *to, enum drape_reason *reason) {
     if (dj)
         march->length[1] = march_slide_length(march, i, j, from, direction);
     bool gone = march_straight_on(march, from, direction, di, dj, to, reason);
@@ -328,7 +328,7 @@ bool march_goes_on(struct march *march, int32_t i, int32_t j, int di, int dj,
              is_flat(across, direction)))
             return false;
     }
-    return step_on(march, i, j, di, dj, from, direction, to, reason);
+    return go_a_spacing(march, i, j, di, dj, from, direction, to, reason);
 }
 
 /* A yarn's next node, one spacing straight on, unless it would lie beyond the extent or beside a
@@ -352,8 +352,8 @@ static enum status reach_end(struct growth *g, const struct free_end *e) {
     }
     if (!march_point(march, e->i, e->j, &from))
         return e->begins ? STATUS_OK : march_fail(march, i, j, DRAPE_REASON_DEGENERATE);
-    bool gone = e->begins ? step_on(march, e->i, e->j, e->di, e->dj, &from,
-                                    direction_across(march, e, &from), &to, &reason)
+    bool gone = e->begins ? go_a_spacing(march, e->i, e->j, e->di, e->dj, &from,
+                                         direction_across(march, e, &from), &to, &reason)
                           : march_goes_on(march, e->i, e->j, e->di, e->dj, &from, &to, &reason);
     if (!gone)
         return e->begins ? STATUS_OK : march_fail(march, i, j, reason);

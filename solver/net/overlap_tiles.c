@@ -37,8 +37,8 @@ static const struct wide_steps no_wide_steps = {{HUGE_VAL, HUGE_VAL, HUGE_VAL, H
 _Static_assert(offsetof(struct net_node, r) == 0, "a node's coordinates are its first numbers");
 
 /* Takes in the step between two nodes; from NULL, where one is. */
-INLINE void take_step(struct wide_steps *steps, const struct net_node *from,
-                      const struct net_node *to) {
+INLINE void widen_steps(struct wide_steps *steps, const struct net_node *from,
+                        const struct net_node *to) {
     four start = {0}, step;
     memcpy(&step, to, sizeof step);
     if (from) {
@@ -82,9 +82,9 @@ INLINE struct steps steps_along(const struct net_window *window, const int dx, c
         for (unsigned bits = ahead >> NET_TILE & UINT16_MAX; bits; bits &= bits - 1) {
             int x = __builtin_ctz(bits);
             bool within = x + dx <= LAST && y + dy <= LAST;
-            take_step(&steps, &tile->node[y][x],
-                      within ? &tile->node[y + dy][x + dx]
-                             : net_window_find(window, x + dx, y + dy));
+            widen_steps(&steps, &tile->node[y][x],
+                        within ? &tile->node[y + dy][x + dx]
+                               : net_window_find(window, x + dx, y + dy));
         }
     }
     return narrow_steps(&steps);
@@ -105,7 +105,7 @@ WIDE_CLONES static struct overlap_box box_of_tile(const struct net_tile *tile, d
     struct overlap_box box;
     for (int y = 0; y < NET_TILE; y++)
         for (unsigned bits = tile->bits[NET_BIT_INSIDE][y]; bits; bits &= bits - 1)
-            take_step(&nodes, NULL, &tile->node[y][__builtin_ctz(bits)]);
+            widen_steps(&nodes, NULL, &tile->node[y][__builtin_ctz(bits)]);
     for (int k = 0; k < 3; k++) {
         box.low[k] = nodes.low[k] - reach;
         box.high[k] = nodes.high[k] + reach;
