@@ -102,7 +102,7 @@ static void test_laminate_check_writes_what_it_says(void **state) {
     assert_int_equal(count, 4);
     for (size_t n = 0; n < count; n++) {
         char digest[API_ID_SIZE] = "";
-        assert_int_equal(sscanf(at, "%64s %zu%n", digest, &lengths[n], &used), 2);
+        assert_int_equal(sscanf(at, "%32s %zu%n", digest, &lengths[n], &used), 2);
         assert_string_equal(digest, s->laminate.net_digest[n]);
         at += used;
         assert_int_equal(*at++, '\n');
