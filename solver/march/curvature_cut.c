@@ -17,6 +17,12 @@ static const double straight_cosine = 0.9;
 enum { HALVINGS_TO_EDGE = 48 };
 static const double past_edge = 1e-6;
 
+/* Of a line that comes back: rounds in which its last step is found, steps that it has at the
+ * least, how many times as many find its half, and how near it comes to where it began, in steps.
+ */
+enum { ROUNDS_BACK = 4, LEAST_ROUND = 4, FINER = 4 };
+static const double off_place = 1e-2;
+
 /* Places that a line may have, and how many of its steps one round the section has. */
 enum { PLACES_MOST = 20000, STEPS_ROUND = 4 };
 
@@ -30,6 +36,7 @@ struct curvature_line {
     double (*uv)[2];
     struct vec3 *r;
     size_t count, used, room; /* pieces, places, and room for both */
+    double gone, bend;        /* its length so far, and about how far it turns to the normal */
 };
 
 /* The directions of principal curvature, where these differ. */
@@ -115,6 +122,7 @@ static bool cross_edge(struct curvature_line *line, bool *ends) {
     if (!step_along(line, inside, &to, &line->along))
         return false;
     line->at = to;
+    line->gone += fmin(outside + past_edge * line->step, line->step);
     if (!keep_place(line))
         return false;
     if (*ends || crossing.kind == CROSSING_NONE)
@@ -126,25 +134,77 @@ static bool cross_edge(struct curvature_line *line, bool *ends) {
     return principal_near(&line->at, along, &line->along) && begin_piece(line, false);
 }
 
+/* Goes on by a step, or over the edge of the face in its way. */
+static bool follow_step(struct curvature_line *line, bool *ends) {
+    struct surface_point to;
+    struct vec3 along;
+    if (!step_along(line, line->step, &to, &along))
+        return false;
+    if (!crossing_within(to.surface, to.uv))
+        return cross_edge(line, ends);
+    line->at = to;
+    line->along = along;
+    line->gone += line->step;
+    line->bend += line->step * surface_point_normal_curvature(&line->at, along);
+    return keep_place(line);
+}
+
 /* Goes on along the line to the shell's boundary. */
 static bool follow(struct curvature_line *line, double most) {
     bool ends = false;
-    for (double gone = 0; gone < most && !ends; gone += line->step) {
-        struct surface_point to;
-        struct vec3 along;
-        if (!step_along(line, line->step, &to, &along))
+    for (double gone = 0; gone < most && !ends; gone += line->step)
+        if (!follow_step(line, &ends))
             return false;
-        if (!crossing_within(to.surface, to.uv)) {
-            if (!cross_edge(line, &ends))
-                return false;
-            continue;
-        }
-        line->at = to;
-        line->along = along;
-        if (!keep_place(line))
+    return ends;
+}
+
+/* The last step of a line that comes back: how far ahead, within a step, it has a place; negative
+ * where that lies elsewhere. */
+static double find_last_step(struct curvature_line *line, struct vec3 place) {
+    struct surface_point to = line->at;
+    struct vec3 along = line->along, way = vec3_sub(place, to.jet.r);
+    double ahead = 0;
+    if (vec3_norm(way) > 1.5 * line->step || vec3_dot(way, along) < 0)
+        return -1;
+    for (int k = 0; k < ROUNDS_BACK; k++) {
+        ahead += vec3_dot(way, along);
+        if (!(ahead >= 0 && ahead <= line->step) || !step_along(line, ahead, &to, &along))
+            return -1;
+        way = vec3_sub(place, to.jet.r);
+    }
+    if (vec3_norm(way) > off_place * line->step)
+        return -1;
+    line->at = to;
+    line->along = along;
+    return ahead;
+}
+
+/* Goes round the line to where it begins; its length, 0 where it does not come back. */
+static double follow_round(struct curvature_line *line, double most) {
+    struct vec3 place = line->at.jet.r;
+    bool ends = false;
+    line->gone = 0;
+    while (line->gone < most && !ends) {
+        if (!follow_step(line, &ends))
+            return 0;
+        double last = line->gone > LEAST_ROUND * line->step ? find_last_step(line, place) : -1;
+        if (last >= 0)
+            return keep_place(line) ? line->gone + last : 0;
+    }
+    return 0;
+}
+
+/* Goes on along the line by a length. */
+static bool follow_length(struct curvature_line *line, double length) {
+    double step = line->step, least = past_edge * step;
+    bool ends = false;
+    for (line->gone = 0; length - line->gone > least && !ends;) {
+        line->step = fmin(step, length - line->gone);
+        if (!follow_step(line, &ends))
             return false;
     }
-    return ends;
+    line->step = step;
+    return !ends;
 }
 
 /* The girth of the tube: the length of its section through the start by a plane; 0 where that does
@@ -225,6 +285,15 @@ static bool follow_beyond(const struct curvature_line *from, double length, bool
     return true;
 }
 
+/* For the places of a line of twice that length. */
+static bool make_line_room(struct curvature_line *line, double most, struct arena *arena) {
+    line->room = (size_t)fmin(2 * most / line->step, PLACES_MOST);
+    line->pieces = arena_alloc(arena, line->room, sizeof *line->pieces);
+    line->uv = arena_alloc(arena, line->room, sizeof *line->uv);
+    line->r = arena_alloc(arena, line->room, sizeof *line->r);
+    return line->pieces && line->uv && line->r;
+}
+
 /* First from the place opposite the start to one border, and then from there to the other. */
 enum status curvature_cut_make(const struct surface_point *start, double step, double most,
                                double beyond, struct arena *arena, struct curvature_cut *cut) {
@@ -237,12 +306,8 @@ enum status curvature_cut_make(const struct surface_point *start, double step, d
         return STATUS_OK;
     if (!follow_beyond(&line, beyond, true, arena, &cut->beyond[0]))
         return STATUS_OUT_OF_MEMORY;
-    line.room = (size_t)fmin(2 * most / step, PLACES_MOST);
     line.along = vec3_scale(-1, line.along);
-    line.pieces = arena_alloc(arena, line.room, sizeof *line.pieces);
-    line.uv = arena_alloc(arena, line.room, sizeof *line.uv);
-    line.r = arena_alloc(arena, line.room, sizeof *line.r);
-    if (!line.pieces || !line.uv || !line.r)
+    if (!make_line_room(&line, most, arena))
         return STATUS_OUT_OF_MEMORY;
     bool arrives = begin_piece(&line, true) && follow(&line, 2 * most);
     line.pieces[line.count - 1].ends = true;
@@ -250,4 +315,43 @@ enum status curvature_cut_make(const struct surface_point *start, double step, d
     cut->count = arrives ? line.count : 0;
     return follow_beyond(&line, beyond, false, arena, &cut->beyond[1]) ? STATUS_OK
                                                                        : STATUS_OUT_OF_MEMORY;
+}
+
+/* Half way round the line through the start that sets off along `along`, with shorter steps, whose
+ * error is that of the place; and how far it turns towards the normal. */
+static bool follow_half_round(const struct surface_point *start, struct vec3 along, double step,
+                              double most, struct curvature_line *line, double *bend) {
+    const struct curvature_line begin = {.at = *start, .along = along, .step = step / FINER};
+    *line = begin;
+    double round = follow_round(line, most);
+    *bend = line->bend;
+    *line = begin;
+    bool found = round > 0 && follow_length(line, round / 2);
+    line->step = step;
+    return found;
+}
+
+/* Half way round one family's line through the start the other's is opposite. */
+enum status curvature_cut_rings(const struct surface_point *start, double step, double most,
+                                struct arena *arena, struct curvature_cut cut[2]) {
+    struct vec3 principal[2];
+    cut[0] = cut[1] = (struct curvature_cut){.count = 0};
+    if (!find_principal(start, principal))
+        return STATUS_OK;
+    for (int k = 0; k < 2; k++) {
+        struct curvature_line line;
+        double bend;
+        if (!follow_half_round(start, principal[k], step, most, &line, &bend) ||
+            !principal_near(&line.at, vec3_cross(line.at.normal, line.along), &line.along))
+            break;
+        if (!make_line_room(&line, most, arena))
+            return STATUS_OUT_OF_MEMORY;
+        line.bend = bend;
+        if (!begin_piece(&line, false) || !(follow_round(&line, most) > 0))
+            break;
+        cut[k] =
+            (struct curvature_cut){.pieces = line.pieces, .count = line.count, .bend = line.bend};
+    }
+    cut[0].count = cut[1].count > 0 ? cut[0].count : 0;
+    return STATUS_OK;
 }

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The line along which a tube of a shell is cut open: the line of curvature, from end to end,
- * through the place opposite the start. Half way round the section of the tube by the plane that is
- * normal to its line of curvature through the start is opposite. It follows from the surface alone,
- * and goes on along bends: of a torus it is a parallel circle, of what is turned a meridian.
+ * The lines along which shells are cut open. That of a tube: the line of curvature, from end to
+ * end, through the place opposite the start. Half way round the section of the tube by the plane
+ * that is normal to its line of curvature through the start is opposite. It follows from the
+ * surface alone, and goes on along bends: of a torus it is a parallel circle, of what is turned a
+ * meridian.
  */
 #ifndef SOLVER_MARCH_CURVATURE_CUT_H
 #define SOLVER_MARCH_CURVATURE_CUT_H
@@ -16,6 +17,7 @@ struct curvature_cut {
     struct shell_slit_piece beyond[2]; /* before and after them, on the faces' continuation */
     struct vec3 opposite;              /* the place opposite the start */
     double girth;                      /* the length of that section */
+    double bend;                       /* of `curvature_cut_rings` */
 };
 
 /* The line, in an arena, with places `step` apart, a small share of the girth. There is none where
@@ -25,5 +27,13 @@ struct curvature_cut {
 enum status curvature_cut_make(const struct surface_point *start, double step, double most,
                                double beyond, struct arena *arena,
                                struct curvature_cut *cut) STATUS_MUST_USE;
+
+/* The lines of curvature along which a shell that closes both ways is cut open, in an arena: each
+ * through the place half way round the line of the other family through the start, and back to
+ * there. Only their pieces are set, `count` 0 for both where a line does not come back within the
+ * length `most`; and `bend`, about the angle by which the line and that half turn towards the
+ * normal: of a torus, whose normals point outwards, -4 pi in both together. Errors as above. */
+enum status curvature_cut_rings(const struct surface_point *start, double step, double most,
+                                struct arena *arena, struct curvature_cut cut[2]) STATUS_MUST_USE;
 
 #endif

@@ -76,24 +76,27 @@ double march_reach(const struct march *march) {
     return reach * march->size;
 }
 
-/* How often the net has passed the cut to its left on the way to (i, j), less the passages to its
+/* How often the net has passed each cut to its left on the way to (i, j), less the passages to its
  * right: by a neighbour, those towards the start first. */
-static int count_turns(struct march *march, int32_t i, int32_t j,
-                       const struct surface_point *point) {
+static void count_turns(struct march *march, int32_t i, int32_t j,
+                        const struct surface_point *point, int turns[2]) {
     const struct shell_slit_point to = {point->jet.r, point->normal};
     int si = i < 0 ? -1 : 1, sj = j < 0 ? -1 : 1;
     const int8_t sides[4][2] = {
         {(int8_t)-si, 0}, {0, (int8_t)-sj}, {(int8_t)si, 0}, {0, (int8_t)sj}};
-    if (!march->cut.slit || (i == 0 && j == 0))
-        return 0;
+    turns[0] = turns[1] = 0;
+    if (!march->cut.slit[0] || (i == 0 && j == 0))
+        return;
     for (int k = 0; k < 4; k++) {
         const struct net_node *node = march_node_at(march, i + sides[k][0], j + sides[k][1]);
         if (!node || (node->state != NET_INSIDE && node->state != NET_GHOST))
             continue;
         const struct shell_slit_point from = {node->r, march_normal_at(march, node)};
-        return node->turn + shell_slit_passes(march->cut.slit, &from, &to);
+        turns[0] = node->turn + shell_slit_passes(march->cut.slit[0], &from, &to);
+        if (march->cut.slit[1])
+            turns[1] = node->across + shell_slit_passes(march->cut.slit[1], &from, &to);
+        return;
     }
-    return 0;
 }
 
 const struct crossing *march_look_over(struct march *march, const struct surface_point *point) {
@@ -141,9 +144,10 @@ enum status march_place(struct march *march, int32_t i, int32_t j,
     *zone = march_zone(march, point, i == 0 && j == 0, &reason);
     bool beside = march_is_beside_cut(march, point->jet.r);
     march->edges.parted = beside ? march_find_parted(march, i, j, point) : 0;
-    int turn = count_turns(march, i, j, point);
-    if (turn != 0) {
-        bool beyond = *zone == SURFACE_POINT_BEYOND || turn > 1 || turn < -1;
+    int turns[2];
+    count_turns(march, i, j, point, turns);
+    if (turns[0] != 0 || turns[1] != 0) {
+        bool beyond = *zone == SURFACE_POINT_BEYOND || abs(turns[0]) > 1 || abs(turns[1]) > 1;
         *zone = beyond ? SURFACE_POINT_BEYOND : SURFACE_POINT_GHOST;
         reason = DRAPE_REASON_FOLD;
     }
@@ -164,13 +168,16 @@ enum status march_place(struct march *march, int32_t i, int32_t j,
                             .uv = {point->uv[0], point->uv[1]},
                             .state = *zone == SURFACE_POINT_INSIDE ? NET_INSIDE : NET_GHOST,
                             .reason = reason & NET_REASON_BITS,
-                            .turn = turn > 0   ? 1
-                                    : turn < 0 ? -1
-                                               : 0,
+                            .turn = turns[0] > 0   ? 1
+                                    : turns[0] < 0 ? -1
+                                                   : 0,
+                            .across = turns[1] > 0   ? 1
+                                      : turns[1] < 0 ? -1
+                                                     : 0,
                             .face = (uint16_t)march_face(march, point)};
     node.parted = march->edges.parted & 15u;
     node.beside = beside;
-    node.rough = march->edges.rough;
+    node.rough = march->edges.rough & 63u;
     march->edges.rough = 0;
     enum status put = node.rough ? net_put_rough(march->net, i, j, &node, &march->edges.yarns)
                                  : net_put(march->net, i, j, &node);
@@ -213,7 +220,7 @@ struct vec3 march_normal_at(struct march *march, const struct net_node *node) {
 
 /* Whether the net may come back to itself from any side: on a surface that closes over a pole, or
  * both ways. Others are cut open opposite the start (`surface_point_zone`). A mesh may do so
- * anywhere. */
+ * anywhere; a shell that is cut open both ways does so once it passes the cuts. */
 static bool closes_all_round(const struct surface *surface) {
     const struct surface_axis *u = &surface->axis[0], *v = &surface->axis[1];
     if (surface->shell)
@@ -248,8 +255,9 @@ static enum status march_net(struct march *march) {
     memcpy(march->length, march->settings->spacing, sizeof march->length);
     bool deep = closed || (of_shell && shell_flatness(march->surface->shell, march->surface->face) <
                                            flat_enough);
-    march->watched = march->watched || march->mesh || (deep && !march->settings->team) ||
-                     (!march->cut.slit && closes_all_round(march->surface));
+    march->watched =
+        march->watched || march->mesh || (deep && !march->settings->team) ||
+        (!march->cut.slit[0] == !march->cut.slit[1] && closes_all_round(march->surface));
     const struct march begun = *march;
     bool unexpected = (of_shell || closed) && !march->watched;
     const double *d = march->settings->spacing;
@@ -304,6 +312,7 @@ enum status march_run(struct march *march) {
         march->fringe = FRINGE;
         return march_net(march);
     }
+    const struct march_cut cut = march->cut;
     march->arena = arena_child(arena);
     march->fringe = FRINGE_BEFORE;
     if (!march->arena)
@@ -311,20 +320,19 @@ enum status march_run(struct march *march) {
     enum status status = march_net(march);
     if (status != STATUS_OK)
         return status;
-    *march = (struct march){
-        .surface = march->surface,
-        .trim = march->trim,
-        .cuts = march->cuts,
-        .cut = {.slit = march->cut.slit, .centre = {march->cut.centre[0], march->cut.centre[1]}},
-        .settings = march->settings,
-        .method = march->method,
-        .monitor = march->monitor,
-        .arena = arena,
-        .start = march->start,
-        .first = march->net,
-        .before = net_view(march->net),
-        .watch = march->watch,
-        .watched = march->watched,
-        .fringe = FRINGE};
+    *march = (struct march){.surface = march->surface,
+                            .trim = march->trim,
+                            .cuts = march->cuts,
+                            .cut = cut,
+                            .settings = march->settings,
+                            .method = march->method,
+                            .monitor = march->monitor,
+                            .arena = arena,
+                            .start = march->start,
+                            .first = march->net,
+                            .before = net_view(march->net),
+                            .watch = march->watch,
+                            .watched = march->watched,
+                            .fringe = FRINGE};
     return march_net(march);
 }

@@ -89,9 +89,12 @@ struct march_look {
 /* Where the net of a closed surface or a tube is cut open: opposite the start, or where trims leave
  * the surface bare (`march_open`). */
 struct march_cut {
-    const struct shell_slit *slit; /* of a shell; NULL: it is not cut */
-    double centre[2];              /* closed directions are cut half a turn from there */
-    bool passed;                   /* the net now goes on over the cuts */
+    const struct shell_slit *slit[2]; /* of a shell, the second of one that closes both ways; NULL:
+                                         it is not cut */
+    double centre[2];                 /* closed directions are cut half a turn from there */
+    bool passed;                      /* the net now goes on over the cuts */
+    bool inward;                      /* normals of a shell that has both point into it: the net's
+                                         order is that of its mirror image, seen from outside */
 };
 
 struct cuts;

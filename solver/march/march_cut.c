@@ -5,12 +5,13 @@
  * is, is found on a coarse mesh of it (`mesh/tube_cut.h`); exactly, however it is cut into faces,
  * where the part is its own mirror image about a plane through the start, as all turned parts are:
  * in that plane; and of other tubes along a line of curvature (`curvature_cut.h`), where there is
- * one.
+ * one. A shell that closes both ways, as a ring does, is cut open along two.
  */
 #include "curvature_cut.h"
 
 #include "solver/mesh/tessellation.h"
 #include "solver/mesh/tube_cut.h"
+#include <stdlib.h>
 #include <string.h>
 
 /* Triangles of the mesh have sides of about sqrt(area / squares); more of them than this are too
@@ -406,7 +407,44 @@ static enum status open_tube(struct march *march) {
                                            .ahead = mesh->vertices,
                                            .ahead_count = mesh->vertex_count};
     status = shell_slit_make(shell, &lines, march->arena, &slit);
-    march->cut.slit = status == STATUS_OK ? slit : NULL;
+    march->cut.slit[0] = status == STATUS_OK ? slit : NULL;
+    return status;
+}
+
+/* How often one line passes another, to whichever side. */
+static int count_crossings(const struct shell_slit *slit, const struct curvature_cut *line) {
+    int count = 0;
+    struct shell_slit_point from = {.r = line->pieces[0].r[0]}, to = from;
+    for (size_t n = 0; n < line->count; n++)
+        for (size_t k = 0; k < line->pieces[n].count; k++, from = to) {
+            to.r = line->pieces[n].r[k];
+            count += abs(shell_slit_passes(slit, &from, &to));
+        }
+    return count;
+}
+
+/* A shell without ends is cut open both ways, so that the quadrants share it evenly, along the
+ * lines of curvature opposite the start where there are such that cross once: on what is like a
+ * sphere no two closed lines do. */
+static enum status open_both_ways(struct march *march) {
+    const struct shell *shell = march->surface->shell;
+    double step = side_of_squares(march->surface) / STEPS_PER_SIDE;
+    double reach = longest_way * fmax(march->settings->spacing[0], march->settings->spacing[1]);
+    struct curvature_cut line[2];
+    struct shell_slit *slit[2] = {NULL, NULL};
+    enum status status = curvature_cut_rings(&march->start.point, step,
+                                             lengths_most * shell_size(shell), march->arena, line);
+    for (int k = 0; k < 2 && status == STATUS_OK && line[0].count > 0; k++) {
+        const struct shell_slit_lines lines = {.pieces = line[k].pieces,
+                                               .count = line[k].count,
+                                               .closed = true,
+                                               .reach = fmax(reach, step)};
+        status = shell_slit_make(shell, &lines, march->arena, &slit[k]);
+    }
+    if (status == STATUS_OK && slit[1] && count_crossings(slit[0], &line[1]) == 1) {
+        memcpy(march->cut.slit, slit, sizeof slit);
+        march->cut.inward = line[0].bend + line[1].bend > 0;
+    }
     return status;
 }
 
@@ -416,7 +454,8 @@ enum status march_open(struct march *march) {
     const struct surface *surface = march->surface;
     const struct trim *trim = march->trim;
     if (surface->shell)
-        return open_tube(march);
+        return shell_is_closed(surface->shell, surface->face) ? open_both_ways(march)
+                                                              : open_tube(march);
     for (int k = 0; k < 2; k++) {
         double half = surface_point_cut_turn(surface, k), start = march->start.point.uv[k], bare;
         bool found = false;

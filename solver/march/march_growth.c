@@ -42,6 +42,8 @@ struct aside {
 
 struct growth {
     struct march *march;
+    int hand; /* -1: it grows in the order of the net's mirror image, j for -j (`march_cut`); else 1
+               */
     struct aside *aside;
     size_t aside_length, aside_room;
     struct place *queue; /* a ring */
@@ -70,22 +72,24 @@ static enum status push_place(struct growth *g, int32_t i, int32_t j) {
     return STATUS_OK;
 }
 
-static bool comes_before(const struct free_end *a, const struct free_end *b) {
+static bool comes_before(const struct growth *g, const struct free_end *a,
+                         const struct free_end *b) {
     if (a->rank != b->rank)
         return a->rank < b->rank;
     if (a->i != b->i)
         return a->i < b->i;
     if (a->j != b->j)
-        return a->j < b->j;
-    return a->di != b->di ? a->di < b->di : a->dj < b->dj;
+        return g->hand * a->j < g->hand * b->j;
+    return a->di != b->di ? a->di < b->di : g->hand * a->dj < g->hand * b->dj;
 }
 
 static struct free_end pop_end(struct growth *g) {
     struct free_end least = g->heap[0], last = g->heap[--g->heap_length];
     size_t at = 0;
     for (size_t child; (child = 2 * at + 1) < g->heap_length; at = child) {
-        child += child + 1 < g->heap_length && comes_before(&g->heap[child + 1], &g->heap[child]);
-        if (!comes_before(&g->heap[child], &last))
+        child +=
+            child + 1 < g->heap_length && comes_before(g, &g->heap[child + 1], &g->heap[child]);
+        if (!comes_before(g, &g->heap[child], &last))
             break;
         g->heap[at] = g->heap[child];
     }
@@ -96,7 +100,7 @@ static struct free_end pop_end(struct growth *g) {
 /* Queues the unknown places round (i, j), diagonally too: there the cell may now have three. */
 static enum status push_around(struct growth *g, int32_t i, int32_t j) {
     enum status status = STATUS_OK;
-    for (int dj = -1; dj <= 1; dj++)
+    for (int dj = -g->hand; abs(dj) <= 1; dj += g->hand)
         for (int di = -1; di <= 1 && status == STATUS_OK; di++)
             if (net_state_at(g->march->net, i + di, j + dj) == NET_UNKNOWN)
                 status = push_place(g, i + di, j + dj);
@@ -133,7 +137,7 @@ static enum status push_waiting(struct growth *g) {
         int64_t i = labs(end.i), j = labs(end.j), yarn = end.dj ? i : j;
         end.rank = end.begins * ((int64_t)1 << 62) + yarn * ((int64_t)1 << 32) + i + j;
         size_t at = g->heap_length++;
-        for (; at > 0 && comes_before(&end, &g->heap[(at - 1) / 2]); at = (at - 1) / 2)
+        for (; at > 0 && comes_before(g, &end, &g->heap[(at - 1) / 2]); at = (at - 1) / 2)
             g->heap[at] = g->heap[(at - 1) / 2];
         g->heap[at] = end;
     }
@@ -164,7 +168,8 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j) {
     for (int k = 0; k < 9; k++)
         round[k / 3][k % 3] = net_place(net, i + k % 3 - 1, j + k / 3 - 1);
     for (int k = 0; k < 4; k++) {
-        int si = (i < 0 ? -1 : 1) * (k & 1 ? -1 : 1), sj = (j < 0 ? -1 : 1) * (k & 2 ? -1 : 1);
+        int si = (i < 0 ? -1 : 1) * (k & 1 ? -1 : 1),
+            sj = g->hand * (g->hand * j < 0 ? -1 : 1) * (k & 2 ? -1 : 1);
         const struct net_node *a = round[1 - sj][1 - si];
         const struct net_node *b = round[1][1 - si], *c = round[1 - sj][1];
         if (!a || !b || !c || (b->state != NET_INSIDE && c->state != NET_INSIDE) ||
@@ -203,7 +208,7 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j) {
     if (tried)
         return march_fail(march, i, j, first);
     for (int k = 0; k < 4; k++) {
-        int8_t di = sides[k][0], dj = sides[k][1];
+        int8_t di = sides[k][0], dj = (int8_t)(g->hand * sides[k][1]);
         int32_t fi = i - di, fj = j - dj;
         const struct net_node *from = round[1 - dj][1 - di];
         if (!from || from->state != NET_INSIDE)
@@ -369,12 +374,33 @@ static enum status reach_end(struct growth *g, const struct free_end *e) {
     return status == STATUS_OK ? push_around(g, i, j) : status;
 }
 
-/* Queues the unknown places next to nodes inside, tile by tile. */
-static enum status push_rim(struct growth *g) {
+/* The order of nodes tile by tile, of the net's mirror image. */
+static int compare_mirrored(const void *a, const void *b) {
+    const struct place *p = a, *q = b;
+    int32_t key[2][4];
+    for (int k = 0; k < 2; k++) {
+        int32_t i = (k ? q : p)->i, j = -(k ? q : p)->j;
+        key[k][0] = j >> NET_TILE_BITS;
+        key[k][1] = i >> NET_TILE_BITS;
+        key[k][2] = j;
+        key[k][3] = i;
+    }
+    for (int n = 0; n < 4; n++)
+        if (key[0][n] != key[1][n])
+            return key[0][n] < key[1][n] ? -1 : 1;
+    return 0;
+}
+
+/* The nodes inside next to which places are unknown, tile by tile. */
+static enum status find_rim(const struct growth *g, struct place **rim, size_t *count) {
     struct net *net = g->march->net;
     struct net_tile **tiles = net_sorted_tiles(net);
-    enum status status = tiles ? STATUS_OK : STATUS_OUT_OF_MEMORY;
-    for (size_t t = 0, count = net_tile_count(net); t < count && status == STATUS_OK; t++) {
+    size_t room = 0;
+    *rim = NULL;
+    *count = 0;
+    if (!tiles)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t t = 0; t < net_tile_count(net); t++) {
         const struct net_tile *tile = tiles[t];
         struct net_window window = net_window(net, tile->ti, tile->tj);
         for (int y = 0; y < NET_TILE; y++) {
@@ -382,16 +408,30 @@ static enum status push_rim(struct growth *g) {
             uint32_t up = net_window_bits(&window, NET_BIT_KNOWN, y + 1);
             uint32_t down = net_window_bits(&window, NET_BIT_KNOWN, y - 1);
             uint32_t inside = (uint32_t)tile->bits[NET_BIT_INSIDE][y] << 1;
-            uint32_t rim = inside & ~(up & down & row << 1 & row >> 1);
-            for (int k = 0; rim && status == STATUS_OK; k = (k + 1) % 4) {
-                int x = __builtin_ctz(rim) - 1 + sides[k][0];
-                uint32_t beside = sides[k][1] < 0 ? down : sides[k][1] > 0 ? up : row;
-                if (!(beside >> (x + 1) & 1))
-                    status = push_place(g, tile->ti * NET_TILE + x,
-                                        tile->tj * NET_TILE + y + sides[k][1]);
-                rim &= k == 3 ? rim - 1 : rim;
+            for (uint32_t bits = inside & ~(up & down & row << 1 & row >> 1); bits;
+                 bits &= bits - 1) {
+                if (*count == room &&
+                    !(*rim = arena_enlarge(g->march->arena, *rim, *count, sizeof **rim, &room)))
+                    return STATUS_OUT_OF_MEMORY;
+                (*rim)[(*count)++] = (struct place){tile->ti * NET_TILE + __builtin_ctz(bits) - 1,
+                                                    tile->tj * NET_TILE + y};
             }
         }
+    }
+    return STATUS_OK;
+}
+
+/* Queues the unknown places next to nodes inside. */
+static enum status push_rim(struct growth *g) {
+    struct place *rim;
+    size_t count;
+    enum status status = find_rim(g, &rim, &count);
+    if (status == STATUS_OK && count > 0 && g->hand < 0)
+        qsort(rim, count, sizeof *rim, compare_mirrored);
+    for (size_t k = 0; k < 4 * count && status == STATUS_OK; k++) {
+        int32_t i = rim[k / 4].i + sides[k % 4][0], j = rim[k / 4].j + g->hand * sides[k % 4][1];
+        if (net_state_at(g->march->net, i, j) == NET_UNKNOWN)
+            status = push_place(g, i, j);
     }
     return status;
 }
@@ -408,18 +448,20 @@ static bool next_place(struct growth *g, struct place *place) {
     return false;
 }
 
-/* A surface that closes both ways was cut open opposite the start, so that the quadrants share it
+/* A part that closes both ways was cut open opposite the start, so that the quadrants share it
  * evenly. From now on the net goes on over the cuts until it meets itself: what lay beyond them is
  * put aside. */
 static enum status pass_cuts(struct growth *g) {
     struct march *march = g->march;
     const struct surface *surface = march->surface;
-    if (march->mesh || surface->shell || !surface->axis[0].closed || !surface->axis[1].closed)
+    if (march->mesh || (surface->shell ? !march->cut.slit[1]
+                                       : !surface->axis[0].closed || !surface->axis[1].closed))
         return STATUS_OK;
     struct net_tile **tiles = net_sorted_tiles(march->net);
     enum status status = tiles ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     march->cut.passed = true;
-    overlap_pass_slit(march->overlap);
+    march->cut.slit[0] = march->cut.slit[1] = NULL;
+    overlap_pass_slits(march->overlap);
     for (size_t t = 0; tiles && t < net_tile_count(march->net); t++)
         for (int at = 0; at < NET_TILE * NET_TILE && status == STATUS_OK; at++) {
             int x = at % NET_TILE, y = at / NET_TILE;
@@ -442,7 +484,7 @@ static enum status pass_cuts(struct growth *g) {
 }
 
 enum status march_growth(struct march *march) {
-    struct growth g = {.march = march};
+    struct growth g = {.march = march, .hand = march->cut.inward ? -1 : 1};
     struct place place;
     march->growing = true;
     enum status status = pass_cuts(&g);

@@ -108,7 +108,7 @@ enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below,
 static bool has_left(struct quadrant *q, int32_t i, int32_t j, const struct surface_point *point) {
     const struct net_node *node = quadrant_node(q, i, j);
     return !(node && node->state == NET_INSIDE) &&
-           ((node && node->turn != 0) || march_has_left(q->march, point));
+           ((node && (node->turn != 0 || node->across != 0)) || march_has_left(q->march, point));
 }
 
 void quadrant_take_edge(struct differences *edge, const struct surface_point *below,
@@ -401,7 +401,8 @@ enum status march_quadrants(struct march *march) {
     for (int k = 0; k < NET_TABLES && status == STATUS_OK; k++) {
         struct quadrant *q = &quadrants[k];
         int32_t height;
-        *q = (struct quadrant){.local = *march, .si = k % 2 ? -1 : 1, .sj = k / 2 ? -1 : 1};
+        *q = (struct quadrant){
+            .local = *march, .si = k % 2 ? -1 : 1, .sj = (k / 2 != march->cut.inward) ? -1 : 1};
         q->march = &q->local;
         q->local.counts = (struct march_counts){0};
         q->local.grown = (struct march_steps){0};

@@ -371,7 +371,7 @@ static enum status grow_inside(struct quadrant *q, int32_t j, int k) {
     node->uv[0] = d[0][k + 1];
     node->uv[1] = d[1][k + 1];
     node->state = NET_INSIDE;
-    node->turn = 0;
+    node->turn = node->across = 0;
     node->reason = 0;
     node->grown = row->count > row->grown;
     node->rough = 0;
@@ -501,7 +501,7 @@ static enum status take_wave_step(struct quadrant *q, int32_t j, struct front *f
         if (wave->surface->shell)
             drop_outside_faces(wave);
         unsigned usual = wave->found & wave->inside & wave->smooth;
-        usual = q->march->cut.slit ? 0 : usual;
+        usual = q->march->cut.slit[0] ? 0 : usual;
         for (unsigned bits = q->march->cuts ? together : 0; bits; bits &= bits - 1) {
             int k = __builtin_ctz(bits);
             struct vec3 r = wave_position(wave->into, k + 1);

@@ -34,7 +34,8 @@ struct net_node {
     uint8_t
         grown : 1;       /* 1 where it rests on a yarn that went straight on along a free edge, or
                         that  set off across another one: the generators alone do not fix it; else 0 */
-    uint8_t rough;       /* NET_EDGE_BIT of the edges that end here and are rough (`rough.h`) */
+    uint8_t rough : 6;   /* NET_EDGE_BIT of the edges that end here and are rough (`rough.h`) */
+    int8_t across : 2;   /* as `turn`, of the second cut of a shell that closes both ways */
     uint16_t face;       /* of a shell, that uv are parameters of */
     uint32_t yarns : 27; /* where the directions of those edges are (`net_yarns`) */
     uint32_t beside : 1; /* 1 where a cut is within a cell's reach */

@@ -31,7 +31,7 @@ struct overlap {
     struct net *net;
     struct overlap_normals normals;
     double spacing[2], turn[2];
-    const struct shell_slit *slit;
+    const struct shell_slit *slit[2];
     const struct curtain *curtain;
     double reach;
     struct overlap_patches patches;
@@ -40,7 +40,7 @@ struct overlap {
 };
 
 struct overlap *overlap_make(struct net *net, size_t count, const double spacing[2],
-                             const double turn[2], const struct shell_slit *slit,
+                             const double turn[2], const struct shell_slit *const slit[2],
                              const struct curtain *curtain, struct overlap_normals normals) {
     struct overlap *overlap = arena_alloc(net->arena, 1, sizeof *overlap);
     if (!overlap)
@@ -50,15 +50,16 @@ struct overlap *overlap_make(struct net *net, size_t count, const double spacing
                                 .normals = normals,
                                 .spacing = {spacing[0], spacing[1]},
                                 .turn = {turn[0], turn[1]},
-                                .slit = slit,
+                                .slit = {slit[0], slit[1]},
                                 .curtain = curtain,
                                 .reach = cells_reach * longest};
     return overlap_patches_make(&overlap->patches, net->arena, count, cube_side * longest) ? overlap
                                                                                            : NULL;
 }
 
-void overlap_pass_slit(struct overlap *overlap) {
+void overlap_pass_slits(struct overlap *overlap) {
     overlap->turn[0] = overlap->turn[1] = HUGE_VAL;
+    overlap->slit[0] = overlap->slit[1] = NULL;
 }
 
 static const struct overlap_shape unknown_shape = {HUGE_VAL, 0};
@@ -347,12 +348,12 @@ static bool within_cells(struct overlap *overlap, const struct target *at,
     double x = vec3_dot(vec3_cross(offset, b), across) / area2;
     double y = vec3_dot(vec3_cross(a, offset), across) / area2;
     bool within = fabs(x) < 1 && fabs(y) < 1 && !is_beyond_cut(overlap, node, surface_point->jet.r);
-    if (!within || !overlap->slit)
+    if (!within || !overlap->slit[0])
         return within;
     const struct shell_slit_point to = {surface_point->jet.r, normal};
     const struct shell_slit_point from = {node->r,
                                           overlap->normals.at(overlap->normals.context, node)};
-    return shell_slit_passes(overlap->slit, &from, &to) == 0;
+    return !shell_slits_part(overlap->slit, &from, &to);
 }
 
 /* A node (i, j) at `point`; without its point, whether there is a part of the net near it; with

@@ -24,14 +24,14 @@ struct overlap_normals {
 
 /* For nodes of `net`, which are `spacing` apart, in its arena; there are none yet, but room for
  * about `count`. Nodes that differ by more than turn[k] in parameter k lie on either side of a slit
- * and do not meet, HUGE_VAL where there is none; nor do those with `slit` or `curtain` between
+ * and do not meet, HUGE_VAL where there is none; nor do those with a `slit` or `curtain` between
  * them, each of which may be NULL. NULL without memory. */
 struct overlap *overlap_make(struct net *net, size_t count, const double spacing[2],
-                             const double turn[2], const struct shell_slit *slit,
+                             const double turn[2], const struct shell_slit *const slit[2],
                              const struct curtain *curtain, struct overlap_normals normals);
 
-/* From now on there is no slit. */
-void overlap_pass_slit(struct overlap *overlap);
+/* From now on there are no slits. */
+void overlap_pass_slits(struct overlap *overlap);
 
 /* Adds the node inside at (i, j), which is at r; and all of a tile. Errors: STATUS_OUT_OF_MEMORY.
  */

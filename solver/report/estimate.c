@@ -34,9 +34,10 @@ struct kept {
 };
 
 /* The mark of one that is to be estimated later, in place of what edges are rough. */
-enum { AWAITED = 0xff };
+enum { AWAITED = 0x3f };
 
-_Static_assert(sizeof(struct kept) <= offsetof(struct net_node, rough), "a node's place and uv");
+_Static_assert(sizeof(struct kept) <= offsetof(struct net_node, uv) + sizeof(double[2]),
+               "a node's place and uv");
 
 struct estimate {
     struct defect_net net;

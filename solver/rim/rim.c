@@ -105,11 +105,11 @@ static bool same_turn(const struct tracer *t, const struct net_node *node,
                       const struct rim_edge_point *spot) {
     if (!rim_cloth_sees(&t->rim->cloth, node))
         return false;
-    if (t->march->cut.slit) {
+    if (t->march->cut.slit[0]) {
         struct vec3 covered = covered_beside(t, spot);
         const struct shell_slit_point from = {node->r, march_normal_at(t->march, node)};
         const struct shell_slit_point to = {covered, spot->normal};
-        return shell_slit_passes(t->march->cut.slit, &from, &to) == 0;
+        return !shell_slits_part(t->march->cut.slit, &from, &to);
     }
     bool apart = t->march->mesh || t->march->surface->shell;
     return apart || (fabs(node->uv[0] - spot->uv[0]) <= t->half_turn[0] &&

@@ -79,7 +79,7 @@ static bool find_free_edges(struct rim_builder *b, struct free_edges *found) {
     int32_t component = shell_component(shell, march->surface->face);
     size_t pieces = 0, count = shell_edge_count(shell);
     const struct shell_slit_piece *piece =
-        march->cut.slit ? shell_slit_pieces(march->cut.slit, &pieces) : NULL;
+        march->cut.slit[0] ? shell_slit_pieces(march->cut.slit[0], &pieces) : NULL;
     size_t room = count + 4 * pieces;
     found->edges = arena_alloc(march->arena, room, sizeof *found->edges);
     found->ends = arena_alloc(march->arena, room, sizeof *found->ends);

@@ -106,7 +106,7 @@ enum status shell_slit_make(const struct shell *shell, const struct shell_slit_l
                        least_ribbon);
         }
     }
-    if (slit->count > 0) {
+    if (slit->count > 0 && !lines->closed) {
         extend(slit, lines, true);
         extend(slit, lines, false);
         /* The continuation before the first ribbon comes last until they are put in order. */
@@ -114,8 +114,9 @@ enum status shell_slit_make(const struct shell *shell, const struct shell_slit_l
         memmove(ribbons + 1, ribbons, (slit->count - 1) * sizeof *ribbons);
         ribbons[0] = first;
     }
-    for (size_t k = 1; k < slit->count; k++) { /* where two meet, as of a circle through both */
-        struct ribbon *last = &ribbons[k - 1], *next = &ribbons[k];
+    for (size_t k = !lines->closed; k < slit->count; k++) {
+        /* where two meet, as of a circle through both */
+        struct ribbon *last = &ribbons[k > 0 ? k - 1 : slit->count - 1], *next = &ribbons[k];
         double a = vec3_distance(last->from, last->to), b = vec3_distance(next->from, next->to);
         last->left[1] = next->left[0] =
             vec3_unit(vec3_axpy(a, next->left[0], vec3_scale(b, last->left[1])));
@@ -188,4 +189,10 @@ int shell_slit_passes(const struct shell_slit *slit, const struct shell_slit_poi
     if (!(middle.distance2 <= margin * margin) || other_skin)
         return 0;
     return ends_left ? 1 : -1;
+}
+
+bool shell_slits_part(const struct shell_slit *const slit[2], const struct shell_slit_point *from,
+                      const struct shell_slit_point *to) {
+    return (slit[0] && shell_slit_passes(slit[0], from, to) != 0) ||
+           (slit[1] && shell_slit_passes(slit[1], from, to) != 0);
 }

@@ -25,6 +25,7 @@ struct shell_slit_lines {
     size_t count;
     const struct shell_slit_piece *before, *after; /* of no piece: how it goes on beyond the shell's
                                                       boundary at both ends; NULL: straight */
+    bool closed;                                   /* one line, which ends where it begins */
     double reach;                                  /* the length of the longest ways asked for */
     double beyond; /* it goes straight on for so long at both ends, or half way to the nearest */
     const struct vec3 *ahead; /* of the shell's points that lies there, of these */
@@ -47,6 +48,10 @@ struct shell_slit_point {
 /* How often the straight way between two points, which are as near to each other as neighbours in a
  * net, passes from the right side to the left: 1, 0, or -1 for the other way. */
 int shell_slit_passes(const struct shell_slit *slit, const struct shell_slit_point *from,
+                      const struct shell_slit_point *to);
+
+/* Whether it passes one of two slits, each of which may be NULL. */
+bool shell_slits_part(const struct shell_slit *const slit[2], const struct shell_slit_point *from,
                       const struct shell_slit_point *to);
 
 #endif
