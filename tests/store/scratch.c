@@ -135,6 +135,19 @@ void scratch_remove(struct scratch *scratch) {
     assert_int_equal(rmdir(scratch->folder), 0);
 }
 
+int scratch_set_up(void **state) {
+    struct scratch *scratch = malloc(sizeof *scratch);
+    scratch_open(scratch);
+    *state = scratch;
+    return 0;
+}
+
+int scratch_tear_down(void **state) {
+    scratch_remove(*state);
+    free(*state);
+    return 0;
+}
+
 /* ------------------------------------------------------------------ both backends */
 
 int scratch_start_cluster(void **state) {

@@ -62,6 +62,10 @@ void scratch_forget(struct scratch *scratch);
 /* Closes the store and removes the folder. */
 void scratch_remove(struct scratch *scratch);
 
+/* Set-up and tear-down of a test: `*state` is one that `scratch_open` made. */
+int scratch_set_up(void **state);
+int scratch_tear_down(void **state);
+
 /* Submits a body whose digest is the body itself (its first 64 bytes). The answer must be OK. */
 void scratch_submit(struct scratch *scratch, const char *body, char id[ID_SIZE]);
 

@@ -5,19 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int set_up(void **state) {
-    struct scratch *scratch = malloc(sizeof *scratch);
-    scratch_open(scratch);
-    *state = scratch;
-    return 0;
-}
-
-static int tear_down(void **state) {
-    scratch_remove(*state);
-    free(*state);
-    return 0;
-}
-
 static const char nowhere[] = "0123456789abcdef0123456789abcdef";
 
 /* ------------------------------------------------------------------ submit and look */
@@ -711,7 +698,7 @@ static void test_store_status_names_read_back(void **state) {
     assert_false(store_status_from_name("done", &status));
 }
 
-#define WITH_STORE(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define WITH_STORE(name) cmocka_unit_test_setup_teardown(name, scratch_set_up, scratch_tear_down)
 
 int main(void) {
     const struct CMUnitTest tests[] = {

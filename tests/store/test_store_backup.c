@@ -13,19 +13,6 @@
 
 enum { COPY_SIZE = SCRATCH_PATH_SIZE + 16 };
 
-static int set_up(void **state) {
-    struct scratch *scratch = malloc(sizeof *scratch);
-    scratch_open(scratch);
-    *state = scratch;
-    return 0;
-}
-
-static int tear_down(void **state) {
-    scratch_remove(*state);
-    free(*state);
-    return 0;
-}
-
 /* Two results, a job that failed, one that waits, and a surface. */
 static void fill(struct scratch *scratch, char failed[ID_SIZE]) {
     char id[ID_SIZE], definition[] = "definition", description[] = "{}";
@@ -190,7 +177,7 @@ static void test_survey_sees_what_is_there(void **state) {
     free(survey);
 }
 
-#define WITH_STORE(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define WITH_STORE(name) cmocka_unit_test_setup_teardown(name, scratch_set_up, scratch_tear_down)
 
 int main(void) {
     const struct CMUnitTest tests[] = {

@@ -10,19 +10,6 @@
 
 static const int64_t second = 1000000;
 
-static int set_up(void **state) {
-    struct scratch *scratch = malloc(sizeof *scratch);
-    scratch_open(scratch);
-    *state = scratch;
-    return 0;
-}
-
-static int tear_down(void **state) {
-    scratch_remove(*state);
-    free(*state);
-    return 0;
-}
-
 static int attempts_of(struct scratch *scratch, const char *id) {
     struct store_job job;
     assert_int_equal(store_get(scratch->store, id, &job), STORE_OK);
@@ -435,7 +422,7 @@ static void test_store_shared_leaves_the_claims_of_the_living(void **state) {
     *scratch = other;
 }
 
-#define WITH_STORE(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define WITH_STORE(name) cmocka_unit_test_setup_teardown(name, scratch_set_up, scratch_tear_down)
 
 int main(void) {
     const struct CMUnitTest tests[] = {

@@ -46,12 +46,6 @@ static int set_up(void **state) {
     return 0;
 }
 
-static int tear_down(void **state) {
-    scratch_remove(*state);
-    free(*state);
-    return 0;
-}
-
 /* ------------------------------------------------------------------ when the disk is waited for */
 
 static void test_store_waits_for_the_disk_where_it_must(void **state) {
@@ -436,7 +430,7 @@ static void test_store_disk_that_cannot_sync_is_down(void **state) {
     assert_int_equal(counts.jobs[STORE_QUEUED], 1); /* what was answered DOWN has not happened */
 }
 
-#define WITH_STORE(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define WITH_STORE(name) cmocka_unit_test_setup_teardown(name, set_up, scratch_tear_down)
 
 int main(void) {
     const struct CMUnitTest tests[] = {

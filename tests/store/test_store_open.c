@@ -16,12 +16,6 @@ static int set_up(void **state) {
     return 0;
 }
 
-static int tear_down(void **state) {
-    scratch_remove(*state);
-    free(*state);
-    return 0;
-}
-
 static void expect_refused(const char *url, const struct store_options *options,
                            const char *why_wanted) {
     char why[STORE_WHY_SIZE] = "";
@@ -236,7 +230,7 @@ static void test_store_refuses_while_another_file_is_in_its_place(void **state) 
     assert_int_equal(submit_one(scratch, "b"), STORE_OK);
 }
 
-#define WITH_FOLDER(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define WITH_FOLDER(name) cmocka_unit_test_setup_teardown(name, set_up, scratch_tear_down)
 
 int main(void) {
     const struct CMUnitTest tests[] = {

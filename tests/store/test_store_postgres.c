@@ -41,12 +41,6 @@ static int set_up(void **state) {
     return 0;
 }
 
-static int tear_down(void **state) {
-    scratch_remove(*state);
-    free(*state);
-    return 0;
-}
-
 /* ------------------------------------------------------------------ what is refused */
 
 /* The sentence must say `wanted`, and nothing that is written may hold a piece of a password. */
@@ -441,7 +435,7 @@ static void test_postgres_works_behind_a_pooler(void **state) {
     snprintf(scratch->path, sizeof scratch->path, "%s", scratch_cluster.url);
 }
 
-#define WITH_DATABASE(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define WITH_DATABASE(name) cmocka_unit_test_setup_teardown(name, set_up, scratch_tear_down)
 
 int main(void) {
     signal(SIGPIPE, SIG_IGN);

@@ -12,19 +12,6 @@
 
 static const int64_t hour = INT64_C(3600) * 1000000;
 
-static int set_up(void **state) {
-    struct scratch *scratch = malloc(sizeof *scratch);
-    scratch_open(scratch);
-    *state = scratch;
-    return 0;
-}
-
-static int tear_down(void **state) {
-    scratch_remove(*state);
-    free(*state);
-    return 0;
-}
-
 static unsigned char *random_bytes(uint64_t *state, size_t length) {
     unsigned char *bytes = malloc(length + 1);
     assert_non_null(bytes);
@@ -626,7 +613,7 @@ static void test_store_many_results_expire_in_steps(void **state) {
     assert_int_equal(scratch_number(scratch, "SELECT count(*) FROM draped.requests"), 0);
 }
 
-#define WITH_STORE(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define WITH_STORE(name) cmocka_unit_test_setup_teardown(name, scratch_set_up, scratch_tear_down)
 
 int main(void) {
     const struct CMUnitTest tests[] = {
