@@ -309,6 +309,11 @@ static int cut_ring_is_wrong(uint64_t seed) {
     return cut_is_wrong(seed, (enum whole_kind)(OPEN_KINDS + which), 0);
 }
 
+static void check_rings(const uint64_t *seeds, size_t count) {
+    for (size_t k = 0; k < count; k++)
+        assert_int_equal(cut_ring_is_wrong(seeds[k]), 0);
+}
+
 /* By as much as CAD systems leave; a node in a gap or under an overlap is off by less than that. */
 static int cut_overlapping_is_wrong(uint64_t seed) {
     uint64_t random = seed;
@@ -459,8 +464,7 @@ static void test_exact_cut_barrels_hourglasses_and_flanges_are_tubes(void **stat
 static void test_exact_cut_slit_ends_in_a_hole(void **state) {
     (void)state;
     static const uint64_t seeds[] = {20261167, 20261226, 20261357};
-    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
-        assert_int_equal(cut_ring_is_wrong(seeds[k]), 0);
+    check_rings(seeds, sizeof seeds / sizeof *seeds);
 }
 
 /* Past a smooth joint beyond the boundary chords met where they meet on the whole, but geodesics
@@ -476,8 +480,7 @@ static void test_exact_cut_bands_are_cut_in_their_mirror(void **state) {
     (void)state;
     static const uint64_t seeds[] = {20261151, 20261232, 20261234, 20261265,
                                      20261281, 20261313, 20261323, 20261361};
-    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
-        assert_int_equal(cut_ring_is_wrong(seeds[k]), 0);
+    check_rings(seeds, sizeof seeds / sizeof *seeds);
 }
 
 /* Cloth that goes round a tube turns back beside the cut and lies on itself: in faces it was kept
@@ -486,8 +489,7 @@ static void test_exact_cut_flanges_whole_do_not_lie_on_themselves(void **state) 
     (void)state;
     static const uint64_t seeds[] = {20261152, 20261156, 20261157, 20261174, 20261178, 20261203,
                                      20261217, 20261255, 20261300, 20261303, 20261337, 20261350};
-    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
-        assert_int_equal(cut_ring_is_wrong(seeds[k]), 0);
+    check_rings(seeds, sizeof seeds / sizeof *seeds);
 }
 
 /* Tubes that bend are cut along the line of curvature opposite the start, not where ways round them
@@ -496,8 +498,7 @@ static void test_exact_cut_elbows_are_cut_along_a_line_of_curvature(void **state
     (void)state;
     static const uint64_t seeds[] = {20261127, 20261136, 20261143, 20261153, 20261161,
                                      20261180, 20261184, 20261202, 20261371, 20261372};
-    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
-        assert_int_equal(cut_ring_is_wrong(seeds[k]), 0);
+    check_rings(seeds, sizeof seeds / sizeof *seeds);
 }
 
 /* Ghosts beyond the cut round a whole tube ended at the start, those of its faces a full turn from
@@ -507,8 +508,7 @@ static void test_exact_cut_ghosts_end_a_turn_beyond_the_cut(void **state) {
     (void)state;
     static const uint64_t seeds[] = {20261189, 20261197, 20261219, 20261225,
                                      20261253, 20261266, 20261354, 20261319};
-    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
-        assert_int_equal(cut_ring_is_wrong(seeds[k]), 0);
+    check_rings(seeds, sizeof seeds / sizeof *seeds);
 }
 
 /* Rings are cut open both ways opposite the start, whole along lines of their parameters, in faces
@@ -519,8 +519,7 @@ static void test_exact_cut_rings_are_cut_open_both_ways(void **state) {
     (void)state;
     static const uint64_t seeds[] = {20261138, 20261141, 20261142, 20261192, 20261201, 20261208,
                                      20261223, 20261242, 20261251, 20261283, 20261333};
-    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
-        assert_int_equal(cut_ring_is_wrong(seeds[k]), 0);
+    check_rings(seeds, sizeof seeds / sizeof *seeds);
 }
 
 /* Lines of curvature of an ellipsoid close, too, but two of them cross twice: there the net only
