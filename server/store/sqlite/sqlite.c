@@ -296,7 +296,6 @@ static bool open_connections(struct sqlite_store *store, char why[STORE_WHY_SIZE
                                                             "PRAGMA synchronous=FULL;"
                                                             "PRAGMA foreign_keys=ON;"
                                                             "PRAGMA temp_store=MEMORY;"
-                                                            "PRAGMA cache_size=-32768;"
                                                             "PRAGMA secure_delete=FAST;"
                                                             "PRAGMA journal_size_limit=67108864;"
                                                             "PRAGMA wal_autocheckpoint=16384;"
