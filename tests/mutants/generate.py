@@ -10,6 +10,7 @@ A mistake that no test notices within --seconds of tests survives. Those that no
 equivalents.toml with the reason; they are listed as such, and count neither way, as do those that do
 not compile. The exit status is 0 when at least 85 % of what is left were noticed."""
 import argparse
+import array
 import collections
 import glob
 import json
@@ -124,6 +125,9 @@ class Test:
             begun, clock = time_of_children(), time.monotonic()
             passed = self.run(self.folder, LONGEST)
             spent = time_of_children() - begun
+            for path in glob.glob(f"{self.folder}/**/*.gcda", recursive=True):
+                if not has_counts(path):
+                    os.remove(path)  # else a change of any object would have all tests counted again
             with open(note, "w") as file:
                 json.dump({"seconds": spent, "elapsed": time.monotonic() - clock, "passed": passed}, file)
             print(f"{spent:6.1f} s {self.name}", flush=True)
@@ -147,6 +151,16 @@ class Test:
                     for line in file["lines"]:
                         counts[line["line_number"]] += line["count"]
                     yield file["file"], counts
+
+
+def has_counts(path):
+    """Whether a .gcda says that anything ran: the length of counters that are all zero is negative."""
+    counters, words, at = 0x01a10000, array.array("i"), 4
+    with open(path, "rb") as file:
+        words.frombytes(file.read())
+    while at + 1 < len(words) and not (words[at] == counters and words[at + 1] > 0):
+        at += 2 + max(words[at + 1], 0) // 4
+    return at + 1 < len(words)
 
 
 def time_of_children():
@@ -209,10 +223,13 @@ def faults_of_equivalents():
 
 
 def choose(files, count, each, seed):
-    """So many mistakes in all, or of each file: file, its text, a point and what stands there instead."""
+    """So many mistakes in all, or of each file, or all those of a line FILE:LINE: file, its text, a
+    point and what stands there instead."""
     choice = random.Random(seed)
-    every = [[(file, source, point) for point in points.points_of(source)]
-             for file in files for source in [open(file).read()]]
+    every = [[(file, source, point) for point in points.points_of(source) if line in ("", str(point.line))]
+             for file, _, line in (asked.partition(":") for asked in files) for source in [open(file).read()]]
+    if all(":" in file for file in files):
+        return [(*mistake, other) for mistake in sum(every, []) for other in mistake[2].others]
     if not each:
         every = [sum(every, [])]
     chosen = [mistake for of in every for mistake in choice.sample(of, min(each or count, len(of)))]
@@ -307,7 +324,7 @@ def arguments():
     parser.add_argument("--seconds", type=float, default=60, help="of processor time of tests for one mistake (60)")
     parser.add_argument("--tests", default="", help="a regular expression: only tests in whose name it is found")
     parser.add_argument("--check", action="store_true", help="only whether equivalents.toml still fits")
-    parser.add_argument("files", nargs="*", help="C files (all of api, server and solver)")
+    parser.add_argument("files", nargs="*", help="C files, or lines of them FILE:LINE (all of api, server and solver)")
     return parser.parse_args()
 
 
