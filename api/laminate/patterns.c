@@ -142,6 +142,7 @@ static bool fill_roll(struct patterns *p, size_t first, bool *taken, struct cut_
         roll->count += !taken[k] && same_cloth(&plies[shapes[k].ply], own);
     struct nesting_shape *outlines = arena_alloc(p->arena, roll->count, sizeof *outlines);
     struct cut_piece *pieces = arena_alloc(p->arena, roll->count, sizeof *pieces);
+    name_cloth(own, p->laminate->length_unit->name, roll->cloth);
     roll->shapes = outlines;
     roll->pieces = pieces;
     for (size_t k = first, n = 0; outlines && pieces && k < p->shapes.count; k++) {
@@ -166,13 +167,8 @@ static bool fill_rolls(struct patterns *p) {
     for (size_t k = 0; k < p->shapes.count; k++)
         if (!taken[k] && !fill_roll(p, k, taken, &p->rolls[count++]))
             return false;
-    for (size_t r = 0; r < count && count > 1; r++) {
-        size_t shape = 0;
-        while (&p->shapes.shapes[shape].cut != p->rolls[r].shapes[0].cut)
-            shape++;
-        name_cloth(&p->laminate->plies[p->shapes.shapes[shape].ply], p->laminate->length_unit->name,
-                   p->rolls[r].cloth);
-    }
+    if (count == 1)
+        p->rolls[0].cloth[0] = '\0';
     p->sheet.rolls = p->rolls;
     p->sheet.roll_count = count;
     return true;
