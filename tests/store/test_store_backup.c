@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Copies of stores are put back as they were, whatever was there is kept, and what is no copy
  * changes nothing; what is seen of a store from outside. */
+#include "capture.h"
 #include "scratch.h"
 #include "server/store/backend.h"
 #include "server/store/backup.h"
@@ -69,7 +70,14 @@ static void test_backup_is_put_back_as_it_was(void **state) {
 
     scratch_submit(scratch, "e", later);
     scratch_stop(scratch);
-    assert_true(backup_restore(scratch->path, path, &back, kept, why));
+    struct capture *capture = malloc(sizeof *capture);
+    assert_non_null(capture);
+    capture_begin(capture, STDOUT_FILENO);
+    bool restored = backup_restore(scratch->path, path, &back, kept, why);
+    capture_end(capture);
+    assert_true(restored);
+    assert_string_equal(capture->text, "");
+    free(capture);
     assert_true(backup_same(&back, &made, why));
     if (scratch->remote) {
         assert_memory_equal(kept, "schema draped_before_20", 23);
@@ -177,6 +185,36 @@ static void test_survey_sees_what_is_there(void **state) {
     free(survey);
 }
 
+static bool look_and_fail(const struct reader *reader, int64_t now, void *context,
+                          char why[STORE_WHY_SIZE]) {
+    const char *said = context;
+    (void)reader;
+    (void)now;
+    snprintf(why, STORE_WHY_SIZE, "%s", said ? said : "");
+    return false;
+}
+
+static bool look_and_see(const struct reader *reader, int64_t now, void *context,
+                         char why[STORE_WHY_SIZE]) {
+    int64_t schema = 0;
+    (void)now;
+    (void)context;
+    return survey_schema(reader, &schema, why) && schema == STORE_SCHEMA;
+}
+
+/* What a look says itself, or else the database; and nothing where it has succeeded. */
+static void test_survey_says_why_it_failed(void **state) {
+    struct scratch *scratch = *state;
+    char why[STORE_WHY_SIZE] = "of another time", said[] = "the look's own reason";
+    assert_true(survey_by(scratch->path, look_and_see, NULL, why));
+    assert_string_equal(why, "");
+    assert_false(survey_by(scratch->path, look_and_fail, said, why));
+    assert_string_equal(why, said);
+    assert_false(survey_by(scratch->path, look_and_fail, NULL, why));
+    assert_string_not_equal(why, "");
+    assert_string_not_equal(why, said);
+}
+
 #define WITH_STORE(name) cmocka_unit_test_setup_teardown(name, scratch_set_up, scratch_tear_down)
 
 int main(void) {
@@ -184,6 +222,7 @@ int main(void) {
         WITH_STORE(test_backup_is_put_back_as_it_was),
         WITH_STORE(test_backup_that_is_none_is_refused),
         WITH_STORE(test_survey_sees_what_is_there),
+        WITH_STORE(test_survey_says_why_it_failed),
     };
     return scratch_run("store backup", tests, NULL, 0);
 }

@@ -6,6 +6,7 @@
 #include "server/store/cache.h"
 #include "server/store/clock_check.h"
 #include "server/store/cursor.h"
+#include "server/store/postgres/notify.h"
 #include "server/store/query.h"
 #include "server/store/seal.h"
 #include "tests/check.h"
@@ -64,6 +65,15 @@ static void test_cursor_opens_what_it_sealed(void **state) {
         assert_int_equal(cursor_open(secret, "bert", no_cursor[k]), 0);
     }
     assert_true(cursor_open(secret, "bert", INT64_C(1) << 62) >= 0); /* some other position */
+}
+
+/* ------------------------------------------------------------------ tries to connect */
+
+static void test_tries_to_listen_are_ever_further_apart(void **state) {
+    static const int pauses[] = {250, 500, 1000, 2000, 4000, 8000, 8000, 8000};
+    (void)state;
+    for (size_t k = 0; k < COUNT(pauses); k++)
+        assert_int_equal(notify_pause_ms((int)k), pauses[k]);
 }
 
 /* ------------------------------------------------------------------ the cache */
@@ -351,6 +361,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_cursor_is_the_network_that_it_says),
         cmocka_unit_test(test_cursor_opens_what_it_sealed),
+        cmocka_unit_test(test_tries_to_listen_are_ever_further_apart),
         cmocka_unit_test(test_cache_reads_parts_within_a_chunk),
         cmocka_unit_test(test_cache_keeps_what_was_used_last),
         cmocka_unit_test(test_clocks_that_part_have_jumped),

@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * What only PostgreSQL can do to the store: refuse it, go away and come back, be a replica, stand
- * behind a pooler, have another clock. The program has its own clock_gettime, by which its wall
- * clock can be set.
+ * behind a pooler, have another clock. The program has its own clock_gettime, by which its clocks
+ * can be set.
  */
 #include "capture.h"
 #include "scratch.h"
 #include "server/clock.h"
 #include "server/log.h"
 #include "server/store/postgres/pool.h"
+#include <libpq-fe.h>
 #include <netinet/in.h>
 #include <pthread.h>
 #include <signal.h>
@@ -23,12 +24,12 @@
 
 enum { PATIENCE_MS = 30000 };
 
-static atomic_int wall_minutes; /* how far the wall clock of this process is ahead */
+/* How far the wall clock of this process, and the other one, are ahead. */
+static atomic_int wall_minutes, monotonic_minutes;
 
 int clock_gettime(clockid_t id, struct timespec *now) {
     int code = (int)syscall(SYS_clock_gettime, id, now);
-    if (id == CLOCK_REALTIME)
-        now->tv_sec += 60 * atomic_load(&wall_minutes);
+    now->tv_sec += 60 * atomic_load(id == CLOCK_REALTIME ? &wall_minutes : &monotonic_minutes);
     return code;
 }
 
@@ -274,6 +275,82 @@ static void test_postgres_restart_is_survived(void **state) {
     scratch_submit(scratch, "after", id);
 }
 
+/* A disk that is full for some tables: what the server says then stands in for it. A beat that can
+ * be written over an old row does not end it, only one after which tables can grow. */
+static void test_postgres_full_disk_is_over_when_tables_grow(void **state) {
+    static const char fill[] =
+        "CREATE FUNCTION draped.full_disk() RETURNS trigger LANGUAGE plpgsql AS"
+        " 'BEGIN RAISE disk_full; END';"
+        "CREATE TRIGGER full_disk BEFORE INSERT ON draped.hosts"
+        " EXECUTE FUNCTION draped.full_disk();"
+        "CREATE TRIGGER full_disk BEFORE INSERT ON draped.chunks"
+        " EXECUTE FUNCTION draped.full_disk()";
+    static const char size_sql[] = "SELECT pg_total_relation_size('draped.chunks')";
+    enum { GROWN = 1000000 };
+    const struct store_host host = {.host = "a", .role = "worker", .version = "1.2"};
+    struct scratch *scratch = *state;
+    char id[ID_SIZE];
+    scratch_start(scratch);
+    store_introduce(scratch->store, &host);
+    scratch_submit(scratch, "waits", id);
+    assert_int_equal(store_beat(scratch->store), STORE_OK);
+    assert_int_equal(scratch_status(scratch, id), STORE_QUEUED);
+    assert_true(scratch_number(scratch, size_sql) < GROWN);
+    scratch_script(scratch, fill);
+    assert_int_equal(store_beat(scratch->store), STORE_NO_SPACE);
+    scratch_script(scratch, "DROP TRIGGER full_disk ON draped.hosts");
+    assert_int_equal(store_beat(scratch->store), STORE_NO_SPACE);
+    assert_int_equal(store_health(scratch->store), STORE_NO_SPACE);
+    scratch_script(scratch, "DROP TRIGGER full_disk ON draped.chunks");
+    assert_int_equal(store_beat(scratch->store), STORE_OK);
+    assert_int_equal(store_health(scratch->store), STORE_OK);
+    assert_true(scratch_number(scratch, size_sql) > GROWN);
+}
+
+/* ------------------------------------------------------------------ connections */
+
+static void expect_alive(struct scratch *scratch, int pid, bool alive) {
+    char sql[80];
+    snprintf(sql, sizeof sql, "SELECT count(*) FROM pg_stat_activity WHERE pid = %d", pid);
+    int64_t until = clock_ms() + PATIENCE_MS;
+    while (scratch_number(scratch, sql) != alive && clock_ms() < until)
+        scratch_sleep(20);
+    assert_int_equal(scratch_number(scratch, sql), alive);
+}
+
+/* The last that was given back is used next; when one is given back, that goes which was not used
+ * for a minute. */
+static void test_postgres_pool_closes_what_nobody_uses(void **state) {
+    enum { COUNT = 3 };
+    struct scratch *scratch = *state;
+    struct pool_connection *taken[COUNT];
+    enum store_answer answer;
+    char why[STORE_WHY_SIZE] = "";
+    int pid[COUNT];
+    struct pool *pool = pool_open(scratch_cluster.url, POOL_PATIENCE_MS, why);
+    assert_non_null(pool);
+    for (int k = 0; k < COUNT; k++) {
+        taken[k] = pool_take(pool, &answer);
+        assert_non_null(taken[k]);
+        pid[k] = PQbackendPID(taken[k]->libpq);
+    }
+    for (int k = 0; k < COUNT; k++)
+        pool_give(pool, taken[k], false);
+    for (int k = 0; k < COUNT; k++)
+        expect_alive(scratch, pid[k], true);
+    atomic_store(&monotonic_minutes, 1);
+    for (int round = 0; round < COUNT; round++) {
+        assert_ptr_equal(pool_take(pool, &answer), taken[COUNT - 1]);
+        pool_give(pool, taken[COUNT - 1], false);
+    }
+    atomic_store(&monotonic_minutes, 0);
+    for (int k = 0; k < COUNT; k++)
+        expect_alive(scratch, pid[k], k == COUNT - 1);
+    for (int k = 0; k < POOL_CONNECTIONS; k++) /* all of which may be had again */
+        assert_non_null(pool_take(pool, &answer));
+    pool_close(pool);
+}
+
 /* ------------------------------------------------------------------ clocks and transactions */
 
 static void test_postgres_leases_go_by_the_clock_of_the_database(void **state) {
@@ -450,6 +527,8 @@ int main(void) {
         WITH_DATABASE(test_postgres_replica_is_refused_until_it_is_promoted),
         WITH_DATABASE(test_postgres_forgotten_claim_is_not_mistaken_for_a_later_one),
         WITH_DATABASE(test_postgres_restart_is_survived),
+        WITH_DATABASE(test_postgres_full_disk_is_over_when_tables_grow),
+        WITH_DATABASE(test_postgres_pool_closes_what_nobody_uses),
         WITH_DATABASE(test_postgres_leases_go_by_the_clock_of_the_database),
         WITH_DATABASE(test_postgres_no_transaction_is_open_while_a_job_runs),
         WITH_DATABASE(test_postgres_tells_other_processes),

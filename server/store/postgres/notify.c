@@ -14,7 +14,7 @@
 
 enum {
     RETRY_FIRST_MS = 250,
-    RETRY_MOST_MS = 8000,
+    RETRY_DOUBLED_MOST = 5,
     LISTEN_MS = 60000,
     ANNOUNCE_EVERY_MS = 5,
     TEXT_MAX = 7900, /* bytes: the server takes less than 8000 */
@@ -141,18 +141,21 @@ static bool carry_once(struct notify *notify) {
 
 /* ------------------------------------------------------------------ the thread */
 
+int notify_pause_ms(int failures) {
+    return RETRY_FIRST_MS << (failures < RETRY_DOUBLED_MOST ? failures : RETRY_DOUBLED_MOST);
+}
+
 static void *carry(void *context) {
     struct notify *notify = context;
-    int retry_ms = RETRY_FIRST_MS;
+    int failures = 0;
     while (!atomic_load(&notify->stopping)) {
         if (carry_once(notify)) {
-            retry_ms = RETRY_FIRST_MS;
+            failures = 0;
             continue;
         }
-        int64_t until = clock_ms() + retry_ms;
+        int64_t until = clock_ms() + notify_pause_ms(failures++);
         while (!atomic_load(&notify->stopping) && clock_ms() < until)
             nanosleep(&(struct timespec){.tv_nsec = 50 * 1000000L}, NULL);
-        retry_ms = retry_ms * 2 < RETRY_MOST_MS ? retry_ms * 2 : RETRY_MOST_MS;
     }
     return NULL;
 }

@@ -19,6 +19,10 @@ struct notify *notify_start(struct pool *pool, struct job_events *events);
 /* NULL is allowed. */
 void notify_stop(struct notify *notify);
 
+/* How long it waits for the next try to connect when so many before it have failed, not counting
+ * the last: 250 ms, twice as long each time, and 8 s at the most. */
+int notify_pause_ms(int failures);
+
 /* Announces `subject` (a job's id, or job_events_queue) soon. Any thread; never waits. */
 void notify_announce(struct notify *notify, const char *subject);
 

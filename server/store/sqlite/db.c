@@ -166,7 +166,7 @@ enum store_answer db_keep(struct db *db, enum db_durability durability) {
 }
 
 enum store_answer db_checkpoint(struct db *db, bool *all) {
-    int pages = 0, copied = 0;
+    int pages, copied;
     int code =
         sqlite3_wal_checkpoint_v2(db->handle, NULL, SQLITE_CHECKPOINT_PASSIVE, &pages, &copied);
     *all = code == SQLITE_OK && copied == pages;
