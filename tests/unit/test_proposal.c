@@ -88,6 +88,29 @@ static void test_cuts_begin_at_the_edge(void **state) {
     }
 }
 
+static struct vec3 rolled(struct vec3 p) {
+    const double turn = 2 * acos(-1) * p.x;
+    return vec3_make(cos(turn), sin(turn), p.y);
+}
+
+/* Round a tube there is no edge ahead: the mouth is at the edge next to where the walk is given up.
+ */
+static void test_walk_round_a_tube_ends(void **state) {
+    static struct vec3 low[] = {{1, 0, 0}, {-1, 0, 0}}, across[] = {{-1, 0, 0}, {1, 0, 0}};
+    static const struct proposal_edge ends_of_tube = {2, low, across};
+    const struct study_ridge ridge = {{1, 0, 0.5}, {cos(0.2), -sin(0.2), 0.5}};
+    struct sample sample = sample_grid(24, 1, NULL);
+    struct study_part tube = {.area = 2 * acos(-1)};
+    (void)state;
+    sample_map(&sample, rolled);
+    tube.geometry.mesh = sample_mesh(&sample, arena);
+    sample_free(&sample);
+    const struct study_cut cut = proposal_cut(&tube, &ends_of_tube, 0.1, &ridge, MOUTH_AHEAD);
+    check_place(cut.tip, cos(0.2), -sin(0.2), 0);
+    check_at_most(fabs(cut.mouth.x), 1);
+    check_at_most(fabs(cut.mouth.y) + fabs(cut.mouth.z), 1e-12);
+}
+
 /* ---- ridges ---- */
 
 static int32_t node_i[SIDE * SIDE], node_j[SIDE * SIDE];
@@ -208,6 +231,7 @@ int main(void) {
         cmocka_unit_test(test_edge_is_the_rim_without_lips),
         cmocka_unit_test(test_edge_has_its_nearest_place),
         cmocka_unit_test(test_cuts_begin_at_the_edge),
+        cmocka_unit_test(test_walk_round_a_tube_ends),
         cmocka_unit_test(test_ridges_run_from_the_edge_inwards),
         cmocka_unit_test(test_ridge_of_cloth_that_ends),
         cmocka_unit_test(test_lines_have_the_places_they_need),

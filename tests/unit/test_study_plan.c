@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* How a study is cut into tasks, and which unknowns its courses have: exact numbers on both sides
- * of every limit. */
+/* How a study is cut into tasks, what a search looks through, and which unknowns its courses have:
+ * exact numbers on both sides of every limit. */
 #include "api/study/course_plan.h"
-#include "api/study/task.h"
+#include "api/study/rounds.h"
+#include "api/study/setup.h"
 #include "support.h"
 #include "tests/check.h"
 #include <math.h>
@@ -103,6 +104,121 @@ static void test_task_keeps_the_variants_that_crashed(void **state) {
     assert_int_equal(task.crash_count, API_STUDY_CRASHES);
     for (int k = 0; k < API_STUDY_CRASHES; k++)
         assert_int_equal(task.crashed[k], 10 + k);
+}
+
+/* ---- what a search looks through ---- */
+
+/* A study of angles on a plane of so many cells, on which all yarns are alike. */
+static void make_plain(struct api_study *study, double cells) {
+    *study = (struct api_study){.part = {.area = cells},
+                                .request = {.starts = STUDY_STARTS_GRID,
+                                            .drape.settings.spacing = {1, 1},
+                                            .drape.permeability.model = API_PERMEABILITY_NONE,
+                                            .angle = {.count = 1, .to = 85, .step = 5}}};
+}
+
+/* The net is the same after a quarter turn unless warp and weft differ, and after half a turn
+ * unless they have a side. */
+static void test_search_turns_the_warp_as_far_as_nets_differ(void **state) {
+    static struct api_study study;
+    struct study_request *r = &study.request;
+    struct drape_settings *s = &r->drape.settings;
+    (void)state;
+    for (int k = 0; k < 12; k++) {
+        make_plain(&study, 100);
+        s->has_extent[0] = k == 1;
+        s->has_extent[1] = k == 2;
+        s->generator[0].kind = k == 3 ? DRAPE_GENERATOR_PLANE : DRAPE_GENERATOR_GEODESIC;
+        s->generator[1].kind = k == 4 ? DRAPE_GENERATOR_CURVE : DRAPE_GENERATOR_GEODESIC;
+        s->pre_shear_deg = k == 5 ? -1 : 0;
+        r->pre_shear.count = k == 6;
+        s->spacing[1] = k == 7 ? 2 : 1;
+        r->wanted.y = k == 8 ? 0.1 : 0;
+        r->drape.permeability.model = k == 9    ? API_PERMEABILITY_KOZENY_CARMAN
+                                      : k == 10 ? API_PERMEABILITY_GEBART
+                                                : API_PERMEABILITY_NONE;
+        assert_true(optimise_space(&study).turn == (k >= 1 && k <= 4   ? 360
+                                                    : k >= 5 && k <= 9 ? 180
+                                                                       : 90));
+    }
+}
+
+/* A range that ends a step before a whole turn is all of it. */
+static void test_search_knows_a_range_that_closes(void **state) {
+    static const struct {
+        double to, step, period;
+        size_t count;
+    } rows[] = {{85, 5, 90, 1},           {85, 5, 0, 0},         {80, 5, 0, 1}, {90, 5, 90, 1},
+                {80, 10 - 90e-10, 90, 1}, {80, 10 - 90e-8, 0, 1}};
+    static struct api_study study;
+    (void)state;
+    for (size_t k = 0; k < COUNT(rows); k++) {
+        make_plain(&study, 100);
+        study.request.angle = (struct study_angles){
+            .count = rows[k].count, .from = 0, .to = rows[k].to, .step = rows[k].step};
+        assert_true(optimise_space(&study).period == rows[k].period);
+    }
+}
+
+/* Beyond 6000 nodes it looks on nets of 2500, and proposes on nets of 25,000 on the mean, of which
+ * a 32nd at least are the drape's own. */
+static void test_search_looks_on_coarser_nets(void **state) {
+    static const struct {
+        double nodes, coarseness, fine;
+    } rows[] = {{6000, 1, 1},
+                {6400, 1.6, 1},
+                {25000, 3.1622776601683795, 1},
+                {5e4, 4.47213595499958, 0.5},
+                {8e5, 17.88854381999832, 0.03125},
+                {1e6, 20, 0.03125}};
+    static struct api_study study;
+    (void)state;
+    for (size_t k = 0; k < COUNT(rows); k++) {
+        make_plain(&study, rows[k].nodes - 1);
+        const struct optimise_space space = optimise_space(&study);
+        check_at_most(fabs(space.coarseness - rows[k].coarseness), 1e-12);
+        assert_true(space.fine == rows[k].fine);
+    }
+}
+
+/* Epochs end at 100, 500, 1000, ...; half of each looks everywhere, with three angles a quarter
+ * turn and three pre-shears at each start, the first after what is obvious. */
+static void test_search_goes_on_in_epochs(void **state) {
+    static const struct {
+        size_t obvious, angles, pre_shears, number;
+        enum study_starts starts;
+        size_t start_count;
+        struct optimise_epoch epoch;
+    } rows[] = {
+        {0, 1, 0, 0, STUDY_STARTS_GRID, 0, {0, 100, 16, 3}},
+        {8, 1, 0, 0, STUDY_STARTS_GRID, 0, {8, 100, 14, 3}},
+        {8, 1, 0, 1, STUDY_STARTS_GRID, 0, {100, 500, 66, 3}},
+        {8, 1, 0, 2, STUDY_STARTS_GRID, 0, {500, 1000, 83, 3}},
+        {8, 1, 0, 3, STUDY_STARTS_GRID, 0, {1000, 2000, 166, 3}},
+        {8, 0, 0, 0, STUDY_STARTS_GRID, 0, {8, 100, 42, 1}},
+        {8, 0, 1, 0, STUDY_STARTS_GRID, 0, {8, 100, 42, 1}},
+        {8, 0, 2, 0, STUDY_STARTS_GRID, 0, {8, 100, 14, 3}},
+        {8, 1, 2, 0, STUDY_STARTS_GRID, 0, {8, 100, 4, 9}},
+        {90, 1, 0, 0, STUDY_STARTS_GRID, 0, {90, 100, 1, 3}},
+        {8, 1, 0, 0, STUDY_STARTS_POINTS, 5, {8, 100, 5, 8}},
+        {8, 1, 0, 0, STUDY_STARTS_POINTS, 20, {8, 100, 14, 3}},
+        {8, 1, 0, 0, STUDY_STARTS_KEPT, 1, {8, 100, 1, 42}},
+    };
+    static struct api_study study;
+    (void)state;
+    for (size_t k = 0; k < COUNT(rows); k++) {
+        make_plain(&study, 100);
+        study.obvious_count = rows[k].obvious;
+        study.request.starts = rows[k].starts;
+        study.request.start_count = rows[k].start_count;
+        study.request.angle.count = rows[k].angles;
+        study.request.pre_shear.count = rows[k].pre_shears;
+        const struct optimise_epoch epoch = optimise_epoch(&study, rows[k].number);
+        if (epoch.first != rows[k].epoch.first || epoch.end != rows[k].epoch.end ||
+            epoch.starts != rows[k].epoch.starts || epoch.each != rows[k].epoch.each)
+            fail_msg("row %zu: %zu to %zu, %zu starts of %zu", k, epoch.first, epoch.end,
+                     epoch.starts, epoch.each);
+    }
 }
 
 /* ---- courses ---- */
@@ -231,6 +347,10 @@ int main(void) {
         cmocka_unit_test(test_task_is_sound_within_its_limits),
         cmocka_unit_test(test_tasks_have_their_share_of_a_round),
         cmocka_unit_test(test_task_keeps_the_variants_that_crashed),
+        cmocka_unit_test(test_search_turns_the_warp_as_far_as_nets_differ),
+        cmocka_unit_test(test_search_knows_a_range_that_closes),
+        cmocka_unit_test(test_search_looks_on_coarser_nets),
+        cmocka_unit_test(test_search_goes_on_in_epochs),
         cmocka_unit_test(test_course_plan_has_its_unknowns_in_order),
         cmocka_unit_test(test_course_plan_keeps_what_is_not_varied),
         cmocka_unit_test(test_course_plan_takes_widths_that_there_are),
