@@ -115,7 +115,7 @@ mutants: ## before a release: small mistakes that tests have to notice, written 
 
 # For mistakes made at random: all of the program in one shared library, which counts lines. The
 # programs load it from loaded/, where one with a mistake takes its place: FILE with the text of
-# mutant.c.
+# mutant.c, which compilers need not like the looks of.
 MUTABLE := $(B)/libmutable.so
 MUTABLE_OBJ := $(SOLVER_OBJ) $(API_OBJ) $(SERVER_OBJ)
 MUTABLE_LINK = $(CC) -shared -fuse-ld=gold -Wl,-soname,libmutable.so,-u,__gcov_dump --coverage
@@ -129,7 +129,8 @@ mutable:
 	    LIBS=$(MUTABLE) HARDEN_LINK='-Wl,-rpath,$(abspath $(B))/loaded' SANITIZE=--coverage \
 	    $(B)/draped $(B)/drape $(B)/drape-import $(B)/watched.so $(TESTS)
 mutant:
-	@$(MAKE) --no-print-directory -s $(MUTABLE_FLAGS) OPT=-O2 DEBUG= $(B)/loaded/libmutable.so
+	@$(MAKE) --no-print-directory -s $(MUTABLE_FLAGS) OPT='-O2 -Wno-empty-body -Wno-parentheses' \
+	    DEBUG= $(B)/loaded/libmutable.so
 $(B)/loaded/libmutable.so:
 	@$(CC) $(CPPFLAGS) $(CFLAGS) -iquote $(dir $(FILE)) -c -o $(B)/mutant.o $(B)/mutant.c
 	@$(MUTABLE_LINK) -o $@ $(filter-out $(B)/$(FILE:.c=.o),$(MUTABLE_OBJ)) $(B)/mutant.o $(SERVER_LIBS)
