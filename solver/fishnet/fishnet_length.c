@@ -58,8 +58,10 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
     const double length[2] = {bd, cd};
     double least = fmin(bd, cd);
     struct logarithm l[2];
+    struct logarithm_chain chain[2];
     struct vec3 step = {0, 0, 0};
     bool last = false, near = true;
+    chain[0].way.pieces = chain[1].way.pieces = 0;
     /* Whether the first step will be the last, by lengths estimated from the ends of the edges. */
     for (int k = 0; k < 2 && near; k++) {
         struct rough_geodesic about;
@@ -71,7 +73,7 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
         double miss[2], asked = near ? accuracy : fmax(first_accuracy, accuracy);
         struct surface_point *d = &node->point;
         for (int k = 0; k < 2; k++) {
-            if (!logarithm_find(cursor, from[k], d, asked, &l[k]))
+            if (!logarithm_go_on(cursor, &chain[k], from[k], d, asked, &l[k]))
                 return false;
             miss[k] = length[k] - l[k].length;
         }
@@ -89,7 +91,8 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
         near = true;
     }
     struct vec3 cross = vec3_cross(l[0].arrive, l[1].arrive);
-    if (!last || !(cell->orientation * vec3_dot(cross, node->point.normal) > 0))
+    if (!last || !way_holds(&chain[0].way) || !way_holds(&chain[1].way) ||
+        !(cell->orientation * vec3_dot(cross, node->point.normal) > 0))
         return false;
     for (int k = 0; k < 2; k++) {
         const struct surface_point *d = &node->point; /* each yarn turns as its end has moved */

@@ -3,7 +3,6 @@
 
 #include "fishnet_geodesic.h"
 #include "unfolding.h"
-#include "way.h"
 
 enum { SWEEPS = 6, PULLS = 6 };
 
@@ -15,52 +14,66 @@ static const double pull_share = 0.02;
 
 /* Directions are as exact as this, by the root of the accuracy. Pieces that meet at an angle a need
  * not be moved for good where what moves leave out of it, a (a + K s^2) on a path s long, is less
- * than that; and a^3 less than the accuracy, or a^2 over joints, which may be curved. */
+ * than that; and a^2 (a + c) less than the accuracy: a joint that is curved is otherwise curved on
+ * its other side where that is turned by c. */
 static const double angle_share = 0.3;
 
 /* The least sine between the path and a line or joint that it crosses. */
 static const double least_crossing = 3e-3;
 
-/* The way from p to q, and what is known of its pieces by their ends. */
-struct chain {
-    struct surface_cursor *cursor;
-    double accuracy, whole;
-    struct way way;
-    struct rough_geodesic piece[WAY_PIECES];
-    bool known[WAY_PIECES];
-};
-
-static void estimate_piece(struct chain *c, int k) {
-    struct rough_geodesic *g = &c->piece[k];
+static void estimate_piece(struct logarithm_chain *c, int k) {
     const struct surface_point *from = c->way.from[k], *to = c->way.to[k];
-    c->known[k] =
-        rough_estimate(from, to, g) && vec3_dot(from->normal, to->normal) > least_cosine &&
-        g->error * g->length < c->accuracy * c->whole && g->angle < angle_share * sqrt(c->accuracy);
+    c->sound[k] =
+        rough_estimate(from, to, &c->piece[k]) && vec3_dot(from->normal, to->normal) > least_cosine;
+}
+
+/* Whether a piece is known by its ends as well as is asked for. */
+static bool is_known(const struct logarithm_chain *c, int k) {
+    const struct rough_geodesic *g = &c->piece[k];
+    return c->sound[k] && g->error * g->length < c->accuracy * c->whole &&
+           g->angle < angle_share * sqrt(c->accuracy);
 }
 
 /* ---- points within spans ---- */
 
-/* Puts a point in the middle of piece k, on the cubic that leaves its ends as the yarn does. */
-static bool halve_piece(struct chain *c, int k) {
+/* Whether a point is where one is put in the middle of a piece of that length. */
+static bool is_near(const struct surface_point *at, struct vec3 target, double length) {
+    struct vec3 left = vec3_sub(target, at->jet.r);
+    double off = pull_share * length;
+    return vec3_norm2(surface_point_projection(at, left)) < off * off &&
+           vec3_norm2(left) < length * length / 9;
+}
+
+/* Puts a point in the middle of piece k, on the cubic that leaves its ends as the yarn does: from
+ * the middle in parameters or, beside a pole, where that may be far off, from an end. */
+static bool halve_piece(struct logarithm_chain *c, int k) {
     struct way *way = &c->way;
-    struct surface_point *p = way->from[k], *q = way->to[k];
+    struct surface_point *p = way->from[k], *q = way->to[k], middle;
     double length = vec3_distance(p->jet.r, q->jet.r);
     if (way->pieces == WAY_PIECES)
         return false;
     struct vec3 bulge = vec3_sub(c->piece[k].leave, c->piece[k].arrive);
-    struct vec3 middle = vec3_scale(0.5, vec3_add(p->jet.r, q->jet.r));
-    struct vec3 target = vec3_axpy(length / 8, bulge, middle);
+    struct vec3 target =
+        vec3_axpy(length / 8, bulge, vec3_scale(0.5, vec3_add(p->jet.r, q->jet.r)));
+    const double uv[2] = {(p->uv[0] + q->uv[0]) / 2, (p->uv[1] + q->uv[1]) / 2};
+    const struct surface_point *from[] = {&middle, p, q};
     struct surface_point *to = &way->points[way->used++];
-    if ((!fishnet_pull_to(c->cursor, p, target, pull_share * length, PULLS, to) &&
-         !fishnet_pull_to(c->cursor, q, target, pull_share * length, PULLS, to)) ||
-        !(vec3_norm2(vec3_sub(to->jet.r, middle)) < length * length / 9))
+    bool made = surface_point_at(p->surface, c->cursor, uv, &middle), put = false;
+    if (made && is_near(&middle, target, length)) {
+        *to = middle;
+        put = true;
+    }
+    for (int n = made ? 0 : 1; n < 3 && !put; n++)
+        put = fishnet_pull_to(c->cursor, from[n], target, pull_share * length, PULLS, to) &&
+              is_near(to, target, length);
+    if (!put)
         return false;
     for (int n = way->pieces++; n > k; n--) {
         way->from[n] = way->from[n - 1];
         way->to[n] = way->to[n - 1];
         way->on[n] = way->on[n - 1];
         c->piece[n] = c->piece[n - 1];
-        c->known[n] = c->known[n - 1];
+        c->sound[n] = c->sound[n - 1];
     }
     way->to[k] = way->from[k + 1] = to;
     way->on[k + 1] = WAY_ALONG;
@@ -72,7 +85,7 @@ static bool halve_piece(struct chain *c, int k) {
 /* The angles a_k at the points within, to the left, by their sines, and the moves x_k that take
  * them away. On a line or joint they are measured against that, on both sides of it. The largest
  * angle; infinite where there is no straight line, as pieces turn back. */
-static double straighten(const struct chain *c, double angle[], double move[]) {
+static double straighten(const struct logarithm_chain *c, double angle[], double move[]) {
     const struct way *way = &c->way;
     double most = 0, upper[WAY_PIECES], inverse[WAY_PIECES];
     for (int k = 0; k < way->pieces; k++)
@@ -109,7 +122,7 @@ static double straighten(const struct chain *c, double angle[], double move[]) {
 }
 
 /* Moves the points within to the left of the path, on a line or joint along that. */
-static bool move_points(struct chain *c, const double move[]) {
+static bool move_points(struct logarithm_chain *c, const double move[]) {
     struct way *way = &c->way;
     for (int k = 1; k < way->pieces; k++) {
         struct surface_point *here = way->from[k];
@@ -131,16 +144,10 @@ static bool move_points(struct chain *c, const double move[]) {
     return true;
 }
 
-/* Lays the way from p to q in pieces that are known by their ends. */
-static bool lay_pieces(struct chain *c, const struct surface_point *p,
-                       const struct surface_point *q) {
-    if (!surface_point_is_regular(p) || !surface_point_is_regular(q) || !(c->whole > 0) ||
-        !way_lay(c->cursor, p, q, &c->way))
-        return false;
-    for (int k = 0; k < c->way.pieces; k++)
-        estimate_piece(c, k);
+/* Halves the pieces that are not known by their ends. */
+static bool halve_pieces(struct logarithm_chain *c) {
     for (int k = 0; k < c->way.pieces;) {
-        if (c->known[k]) {
+        if (is_known(c, k)) {
             k++;
             continue;
         }
@@ -152,42 +159,59 @@ static bool lay_pieces(struct chain *c, const struct surface_point *p,
     return true;
 }
 
-bool logarithm_find(struct surface_cursor *cursor, const struct surface_point *p,
-                    const struct surface_point *q, double accuracy, struct logarithm *logarithm) {
-    struct chain c;
-    const struct way *way = &c.way;
+/* Lays the way from p to q, or moves its end there. */
+static bool lay_pieces(struct logarithm_chain *c, const struct surface_point *p,
+                       const struct surface_point *q) {
+    bool kept = c->way.pieces > 0 && way_move_end(&c->way, q);
+    if (!surface_point_is_regular(p) || !surface_point_is_regular(q) || !(c->whole > 0) ||
+        (!kept && !way_lay(c->cursor, p, q, &c->way)))
+        return false;
+    for (int k = kept ? c->way.pieces - 1 : 0; k < c->way.pieces; k++)
+        estimate_piece(c, k);
+    return halve_pieces(c);
+}
+
+bool logarithm_go_on(struct surface_cursor *cursor, struct logarithm_chain *c,
+                     const struct surface_point *p, const struct surface_point *q, double accuracy,
+                     struct logarithm *logarithm) {
+    const struct way *way = &c->way;
     double angle[WAY_PIECES], move[WAY_PIECES + 1];
-    c.cursor = cursor;
-    c.accuracy = accuracy;
-    c.whole = vec3_distance(p->jet.r, q->jet.r);
-    if (!lay_pieces(&c, p, q))
+    c->cursor = cursor;
+    c->accuracy = accuracy;
+    c->whole = vec3_distance(p->jet.r, q->jet.r);
+    if (!lay_pieces(c, p, q))
         return false;
     const struct surface_point *begin = way->from[0], *end = way->to[way->pieces - 1];
     for (int sweep = 0; way->pieces > 1; sweep++) {
-        double most = straighten(&c, angle, move);
+        double most = straighten(c, angle, move);
         double gauss = fmax(fabs(surface_point_gauss_curvature(begin)),
                             fabs(surface_point_gauss_curvature(end)));
-        if (most * (most + gauss * c.whole * c.whole) <= angle_share * sqrt(accuracy) &&
-            most * most * (way->joints > 0 ? 1 : most) <= accuracy)
+        if (most * (most + gauss * c->whole * c->whole) <= angle_share * sqrt(accuracy) &&
+            most * most * (most + way_crease(way)) <= accuracy)
             break;
-        if (!(most < 1) || sweep == SWEEPS || !move_points(&c, move))
+        if (!(most < 1) || sweep == SWEEPS || !move_points(c, move))
             return false;
     }
-    if (!way_holds(way))
-        return false;
     /* The first and last pieces are turned by the moves that are left. */
     int last = way->pieces - 1;
-    struct vec3 leave = c.piece[0].leave, arrive = c.piece[last].arrive;
-    double left = last > 0 ? move[1] / c.piece[0].length : 0;
-    double right = last > 0 ? move[last] / c.piece[last].length : 0;
-    logarithm->length = c.piece[0].length;
+    struct vec3 leave = c->piece[0].leave, arrive = c->piece[last].arrive;
+    double left = last > 0 ? move[1] / c->piece[0].length : 0;
+    double right = last > 0 ? move[last] / c->piece[last].length : 0;
+    logarithm->length = c->piece[0].length;
     for (int k = 1; k < way->pieces; k++)
-        logarithm->length += c.piece[k].length - angle[k] * move[k] / 2;
+        logarithm->length += c->piece[k].length - angle[k] * move[k] / 2;
     leave = vec3_unit(vec3_axpy(left, vec3_cross(begin->normal, leave), leave));
     arrive = vec3_unit(vec3_axpy(-right, vec3_cross(end->normal, arrive), arrive));
     logarithm->leave = unfolding_turned(leave, begin->normal, p->normal);
     logarithm->arrive = unfolding_turned(arrive, end->normal, q->normal);
     return isfinite(logarithm->length);
+}
+
+bool logarithm_find(struct surface_cursor *cursor, const struct surface_point *p,
+                    const struct surface_point *q, double accuracy, struct logarithm *logarithm) {
+    struct logarithm_chain chain;
+    chain.way.pieces = 0;
+    return logarithm_go_on(cursor, &chain, p, q, accuracy, logarithm) && way_holds(&chain.way);
 }
 
 /* Directions that are asked for alone are right to the square root of this. */

@@ -16,10 +16,20 @@
 
 #include "rough.h"
 #include "solver/shell/surface_point.h"
+#include "way.h"
 
 struct logarithm {
     double length;
     struct vec3 leave, arrive; /* unit tangents at p and, onward, at q */
+};
+
+/* The way from p to q, and what is known of its pieces by their ends. */
+struct logarithm_chain {
+    struct surface_cursor *cursor;
+    double accuracy, whole;
+    struct way way; /* of no pieces: not laid yet */
+    struct rough_geodesic piece[WAY_PIECES];
+    bool sound[WAY_PIECES];
 };
 
 /* Finds the logarithm of q at p to `accuracy`, as a share of the length, its directions to about
@@ -30,6 +40,13 @@ struct logarithm {
  */
 bool logarithm_find(struct surface_cursor *cursor, const struct surface_point *p,
                     const struct surface_point *q, double accuracy, struct logarithm *logarithm);
+
+/* The same once more, from the chain of the last time, which was to a q near this one and need not
+ * have been as accurate; a chain of no pieces is laid anew. Whether its way holds (`way_holds`) is
+ * left to be seen when q is where it is to be. */
+bool logarithm_go_on(struct surface_cursor *cursor, struct logarithm_chain *chain,
+                     const struct surface_point *p, const struct surface_point *q, double accuracy,
+                     struct logarithm *logarithm);
 
 /* The unit tangent at p of the geodesic to an end, as `rough_leave`; where that is not
  * sure, by its logarithm. */

@@ -33,6 +33,9 @@ enum { REACHES = 3 };
 static const double aimed = 0.03;
 enum { STRAIGHT_ROUNDS = 2 };
 
+/* An end is moved by less than this share of the last piece. */
+static const double near_end = 0.25;
+
 /* The segments of a joint are this near to it, as a share of a piece that ends there. */
 static const double off_segment = 1e-3;
 
@@ -216,6 +219,25 @@ bool way_lay(struct surface_cursor *cursor, const struct surface_point *p,
     return before_q || add_leg(way, on, &begin, q);
 }
 
+bool way_move_end(struct way *way, const struct surface_point *q) {
+    int last = way->pieces - 1, leg = last, count = 0;
+    struct surface_point *from = way->from[last], *end = way->to[last];
+    struct line line[WAY_LINES];
+    double piece2 = vec3_norm2(vec3_sub(end->jet.r, from->jet.r));
+    bool stays = q->surface == end->surface &&
+                 vec3_norm2(vec3_sub(q->jet.r, end->jet.r)) < near_end * near_end * piece2;
+    for (int k = 0; k < 2 && stays; k++)
+        stays = 2 * fabs(q->uv[k] - end->uv[k]) < surface_axis_length(&q->surface->axis[k]) &&
+                find_lines(from, q, k, line, &count) && count == 0;
+    if (!stays)
+        return false;
+    *end = *q;
+    while (leg > 0 && way->on[leg] == WAY_ALONG)
+        leg--;
+    bool split = leg > 0 && way->on[leg] < WAY_JOINT;
+    return !(split || q->surface->has_folds) || way_place_ends(way, last);
+}
+
 void way_tangents(const struct way *way, int k, struct vec3 tangent[2]) {
     const struct surface_point *side[2] = {way->to[k - 1], way->from[k]};
     int on = way->on[k];
@@ -226,6 +248,13 @@ void way_tangents(const struct way *way, int k, struct vec3 tangent[2]) {
     }
     for (int n = 0; n < 2; n++)
         tangent[n] = vec3_unit(on == 0 ? side[n]->jet.v : side[n]->jet.u);
+}
+
+double way_crease(const struct way *way) {
+    double most = 0;
+    for (int k = 0; k < way->joints; k++)
+        most = fmax(most, vec3_distance(way->joint[k].from.normal, way->joint[k].to.normal));
+    return most;
 }
 
 bool way_slide(struct way *way, int k, double left) {

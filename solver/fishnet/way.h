@@ -30,8 +30,15 @@ struct way {
 bool way_lay(struct surface_cursor *cursor, const struct surface_point *p,
              const struct surface_point *q, struct way *way);
 
+/* Moves the end of a way to a q near it. False, when the way is to be laid anew, where that is not
+ * on the last piece's face or beyond a knot line, or far for that piece. */
+bool way_move_end(struct way *way, const struct surface_point *q);
+
 /* The unit tangents of the line or joint at the beginning of piece k, before it and after. */
 void way_tangents(const struct way *way, int k, struct vec3 tangent[2]);
+
+/* The most by which normals on both sides of a joint differ. */
+double way_crease(const struct way *way);
 
 /* Moves the point at the beginning of piece k along its line or joint, so far to the left of the
  * way. False where that runs along it, or past the end of the joint. */
