@@ -33,6 +33,9 @@ struct store_segment {
     int64_t total;       /* the result's length, at a commit; before that so far */
     bool last;           /* commit */
     const char *summary; /* commit: the summary object */
+    /* commit: what may be claimed in the same transaction, its `sequence` 0 as long as nothing is;
+     * NULL: nothing is wanted */
+    struct store_claim *next;
 };
 
 /* The bytes in chunk k of the segment, 0 beyond its last one, and the seal of a chunk. */

@@ -150,13 +150,18 @@ static void tell_end(struct store *store, const struct store_claim *claim) {
         store_tell(store, claim->parent);
 }
 
+static void tell_claim(struct store *store, const struct store_claim *claim) {
+    if (claim->reused)
+        tell_end(store, claim);
+    else
+        tell_progress_here(store, claim->id);
+}
+
 static enum store_answer claim_some(struct store *store, bool fresh, struct store_claim *claim) {
     memset(claim, 0, sizeof *claim);
     enum store_answer answer = store->ops->claim(store, fresh, claim);
-    if (answer == STORE_OK && claim->reused)
-        tell_end(store, claim);
-    else if (answer == STORE_OK)
-        tell_progress_here(store, claim->id);
+    if (answer == STORE_OK)
+        tell_claim(store, claim);
     return answer;
 }
 
@@ -300,11 +305,15 @@ enum store_answer store_writer_append(struct store_writer *writer, const void *b
     return STORE_OK;
 }
 
-enum store_answer store_writer_commit(struct store_writer *writer, const char *summary) {
+enum store_answer store_writer_commit_and_claim(struct store_writer *writer, const char *summary,
+                                                struct store_claim *next) {
     struct store_segment segment = segment_of(writer);
     segment.summary = summary;
     segment.last = true;
+    segment.next = next;
     struct store *store = writer->store;
+    if (next)
+        memset(next, 0, sizeof *next);
     if (segment.index == 0 && !writer->uncommitted->listed) {
         uncommitted_list(writer->uncommitted);
         job_events_notify(store->events, writer->claim.id, JOB_RESULT_READABLE);
@@ -316,7 +325,15 @@ enum store_answer store_writer_commit(struct store_writer *writer, const char *s
         writer->uncommitted = NULL;
         tell_end(writer->store, &writer->claim);
     }
+    if (answer == STORE_OK && next && next->sequence)
+        tell_claim(store, next);
+    else if (next) /* what was undone is no claim */
+        next->sequence = 0;
     return answer;
+}
+
+enum store_answer store_writer_commit(struct store_writer *writer, const char *summary) {
+    return store_writer_commit_and_claim(writer, summary, NULL);
 }
 
 void store_writer_free(struct store_writer *writer) {

@@ -453,6 +453,12 @@ enum store_answer store_writer_append(struct store_writer *writer, const void *b
 enum store_answer store_writer_commit(struct store_writer *writer,
                                       const char *summary) STORE_MUST_USE;
 
+/* The same, and `store_claim` of the next job where that costs no transaction of its own:
+ * elsewhere, when there is none and when this answers otherwise than STORE_OK, `next->sequence` is
+ * 0. */
+enum store_answer store_writer_commit_and_claim(struct store_writer *writer, const char *summary,
+                                                struct store_claim *next) STORE_MUST_USE;
+
 /* Frees it; without a commit what was written is dropped. NULL is allowed. */
 void store_writer_free(struct store_writer *writer);
 

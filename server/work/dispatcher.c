@@ -30,6 +30,7 @@ struct worker_thread {
     bool fast;                    /* takes short jobs that the others are too busy for */
     bool served;                  /* this worker has had a job, of this owner */
     char owner[STORE_OWNER_SIZE]; /* "" is one too */
+    struct store_claim next;      /* claimed with the end of its last job; sequence 0: none */
 };
 
 struct dispatcher {
@@ -104,6 +105,13 @@ static void count_busy(struct worker_thread *worker, int more) {
     pthread_mutex_unlock(&dispatcher->lock);
 }
 
+/* Whether there is nothing to do for what was claimed: it has ended by the result of another. */
+static bool was_reused(struct job_run_shared *shared, const struct store_claim *claim) {
+    bool reused = claim->sequence != 0 && claim->reused;
+    atomic_fetch_add(&shared->counters.reused, reused);
+    return reused;
+}
+
 /* One turn: how long to wait for the next (0: not at all), and whether a hint ends the wait. The
  * fast worker's process is started with its first job; for it, a read is enough to find out that it
  * is not needed. Where there is one task there are more: whoever claims one has the next worker
@@ -112,12 +120,18 @@ static void count_busy(struct worker_thread *worker, int more) {
 static int64_t take_turn(struct worker_thread *worker, bool *hints) {
     struct job_run_shared *shared = &worker->dispatcher->shared;
     struct store *store = shared->store;
-    struct store_claim claim;
+    struct store_claim claim = worker->next;
+    bool claimed = claim.sequence != 0;
     *hints = false;
-    if (!worker->fast && !ready_worker(worker))
+    worker->next.sequence = 0;
+    if (!worker->fast && !ready_worker(worker)) {
+        if (claimed)
+            (void)!store_release(store, &claim); /* failed: the lease ends */
         return START_RETRY_MS;
-    enum store_answer answer =
-        worker->fast ? store_starving(store, true) : store_claim(store, &claim);
+    }
+    enum store_answer answer = claimed        ? STORE_OK
+                               : worker->fast ? store_starving(store, true)
+                                              : store_claim(store, &claim);
     if (worker->fast && answer == STORE_OK)
         answer = store_claim_fresh(store, &claim);
     if (answer == STORE_EMPTY) {
@@ -128,10 +142,8 @@ static int64_t take_turn(struct worker_thread *worker, bool *hints) {
         return JOB_RUN_RETRY_MS;
     if (claim.kind == STORE_TASK)
         hint(worker->dispatcher);
-    if (claim.reused) {
-        atomic_fetch_add(&shared->counters.reused, 1);
+    if (was_reused(shared, &claim))
         return 0;
-    }
     if (worker->served && strcmp(worker->owner, claim.owner) != 0)
         child_kill(&worker->child);
     if (!child_running(&worker->child) && !ready_worker(worker)) {
@@ -141,8 +153,11 @@ static int64_t take_turn(struct worker_thread *worker, bool *hints) {
     worker->served = true;
     snprintf(worker->owner, sizeof worker->owner, "%s", claim.owner);
     count_busy(worker, 1);
-    bool good = job_run(shared, &claim, &worker->child, worker->wake, worker->fast);
+    bool good =
+        job_run(shared, &claim, &worker->child, worker->wake, worker->fast ? NULL : &worker->next);
     count_busy(worker, -1);
+    if (was_reused(shared, &worker->next))
+        worker->next.sequence = 0;
     return good ? 0 : JOB_RUN_RETRY_MS;
 }
 
@@ -163,6 +178,8 @@ static void *serve_jobs(void *context) {
         go_on = !dispatcher->quiet;
         pthread_mutex_unlock(&dispatcher->lock);
     }
+    if (worker->next.sequence)
+        (void)!store_release(dispatcher->shared.store, &worker->next);
     child_kill(&worker->child);
     return NULL;
 }

@@ -55,7 +55,8 @@ struct job_run {
     double progress;
     int64_t written; /* bytes of the result */
     int64_t deadline_ms, renew_at_ms, progress_at_ms, look_at_ms;
-    bool fast;
+    bool fast;                /* nothing is claimed with its end */
+    struct store_claim *next; /* what is */
     int64_t processor_us;     /* of the worker, when it began */
     int64_t yield_at_ms;      /* from when it gives way */
     int64_t starved_since_ms; /* as far as this run has seen; 0: nobody waits with nothing */
@@ -357,6 +358,12 @@ static enum store_answer begin_round(struct job_run *run) {
     return answer;
 }
 
+/* Where to put what is claimed with the end; NULL where nothing may be, as when the daemon stops.
+ */
+static struct store_claim *next_wanted(const struct job_run *run) {
+    return atomic_load(&run->shared->stop_at_ms) == JOB_RUN_NO_STOP ? run->next : NULL;
+}
+
 /* A task whose worker died before, and again now, while it looked at a variant that is known: that
  * one is to blame and marked, and costs the task no attempt. There is an end to that (study.h). */
 static enum store_answer tell_store(struct job_run *run, const char *why) {
@@ -369,7 +376,7 @@ static enum store_answer tell_store(struct job_run *run, const char *why) {
     case ENDED_DONE:
         return claim->kind == STORE_TASK
                    ? store_end_task(store, claim, run->kept, run->kept_length, run->solved_us)
-                   : store_writer_commit(run->writer, run->text);
+                   : store_writer_commit_and_claim(run->writer, run->text, next_wanted(run));
     case ENDED_ROUND:
         return begin_round(run);
     case ENDED_PROBLEM:
@@ -503,7 +510,8 @@ static void solve_job(struct job_run *run) {
 }
 
 bool job_run(struct job_run_shared *shared, const struct store_claim *claim, struct child *child,
-             int wake, bool fast) {
+             int wake, struct store_claim *next) {
+    const bool fast = next == NULL;
     int doublings = claim->attempts < 16 ? claim->attempts - 1 : 15;
     int64_t now = clock_ms();
     struct job_watch watch;
@@ -518,6 +526,7 @@ bool job_run(struct job_run_shared *shared, const struct store_claim *claim, str
         .progress_at_ms = now + shared->settings.progress_ms,
         .look_at_ms = now + (fast ? JOB_RUN_FAST_MS : WORK_POLL_MS),
         .fast = fast,
+        .next = next,
         .variant = -1,
         .form = -1,
         .processor_us = sandbox_processor_us(child->pid),

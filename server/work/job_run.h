@@ -55,10 +55,11 @@ bool job_run_bound(const struct job_run_shared *shared, const struct child *chil
  * it is not afterwards, it had to be killed or died. `wake` is an eventfd, non-blocking: what is
  * written to it makes the run look at once at its claim and at the time. False: the job went
  * back to the queue because it could not be worked on now (not because it gave way); to take it
- * again at once would not help.
+ * again at once would not help. `next` is what was claimed with its end, if its `sequence` is not
+ * 0; NULL for the fast worker.
  */
 bool job_run(struct job_run_shared *shared, const struct store_claim *claim, struct child *child,
-             int wake, bool fast);
+             int wake, struct store_claim *next);
 
 /* Writes to such an eventfd, an int at `wake`; may be called by the job events. Any thread; never
  * blocks. */

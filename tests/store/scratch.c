@@ -242,11 +242,17 @@ struct store_claim scratch_claimed(struct scratch *scratch, const char *body) {
 
 enum store_answer scratch_commit(struct scratch *scratch, const struct store_claim *claim,
                                  const void *bytes, size_t length) {
+    return scratch_commit_and_claim(scratch, claim, bytes, length, NULL);
+}
+
+enum store_answer scratch_commit_and_claim(struct scratch *scratch, const struct store_claim *claim,
+                                           const void *bytes, size_t length,
+                                           struct store_claim *next) {
     struct store_writer *writer = store_writer_new(scratch->store, claim);
     assert_non_null(writer);
     enum store_answer answer = store_writer_append(writer, bytes, length);
     if (answer == STORE_OK)
-        answer = store_writer_commit(writer, "{\"nodes\":1}");
+        answer = store_writer_commit_and_claim(writer, "{\"nodes\":1}", next);
     store_writer_free(writer);
     return answer;
 }

@@ -75,6 +75,10 @@ struct store_claim scratch_claimed(struct scratch *scratch, const char *body);
 /* Ends the claimed job with a result of these bytes. */
 enum store_answer scratch_commit(struct scratch *scratch, const struct store_claim *claim,
                                  const void *bytes, size_t length);
+/* The same; of `next` as `store_writer_commit_and_claim`. */
+enum store_answer scratch_commit_and_claim(struct scratch *scratch, const struct store_claim *claim,
+                                           const void *bytes, size_t length,
+                                           struct store_claim *next);
 
 /* The status of a job that must exist. */
 enum store_status scratch_status(struct scratch *scratch, const char *id);

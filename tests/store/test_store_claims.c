@@ -80,6 +80,54 @@ static void test_store_release_returns_to_the_old_place(void **state) {
     expect_order(scratch, "ab");
 }
 
+/* ------------------------------------------------------------------ with the end of another */
+
+/* Ends the job and claims the next, there or by itself; the answer is that of the end. */
+static enum store_answer end_and_claim(struct scratch *scratch, const struct store_claim *claim,
+                                       struct store_claim *next) {
+    memset(next, -1, sizeof *next);
+    enum store_answer answer = scratch_commit_and_claim(scratch, claim, "end", 3, next);
+    if (scratch->remote) /* by itself */
+        assert_int_equal(next->sequence, 0);
+    if (scratch->remote && answer == STORE_OK)
+        assert_in_range(store_claim(scratch->store, next), STORE_OK, STORE_EMPTY);
+    return answer;
+}
+
+static void test_store_end_claims_the_next_and_all_of_its_twins(void **state) {
+    struct scratch *scratch = *state;
+    struct store_claim first = scratch_claimed(scratch, "a"), second_claim, twin, none;
+    char ids[2][ID_SIZE];
+    scratch_submit(scratch, "b", ids[0]);
+    scratch_submit(scratch, "b", ids[1]);
+    assert_int_equal(end_and_claim(scratch, &first, &second_claim), STORE_OK);
+    assert_int_equal(scratch_status(scratch, first.id), STORE_SUCCEEDED);
+    assert_string_equal(second_claim.id, ids[0]);
+    assert_int_equal(second_claim.attempts, 1);
+    assert_false(second_claim.reused);
+    assert_int_equal(scratch_status(scratch, ids[0]), STORE_RUNNING);
+    assert_int_equal(scratch_status(scratch, ids[1]), STORE_QUEUED);
+    assert_int_equal(end_and_claim(scratch, &second_claim, &twin), STORE_OK);
+    assert_string_equal(twin.id, ids[1]);
+    assert_true(twin.reused);
+    assert_int_equal(scratch_status(scratch, ids[1]), STORE_SUCCEEDED);
+    struct store_claim last = scratch_claimed(scratch, "c");
+    assert_int_equal(end_and_claim(scratch, &last, &none), STORE_OK);
+    assert_int_equal(none.sequence, 0);
+}
+
+static void test_store_end_under_a_lost_claim_claims_nothing(void **state) {
+    struct scratch *scratch = *state;
+    struct store_claim claim = scratch_claimed(scratch, "a"), next;
+    char id[ID_SIZE];
+    scratch_submit(scratch, "b", id);
+    assert_int_equal(store_cancel(scratch->store, claim.id), STORE_OK);
+    assert_int_equal(end_and_claim(scratch, &claim, &next), STORE_CONFLICT);
+    assert_int_equal(next.sequence, 0);
+    assert_int_equal(scratch_status(scratch, id), STORE_QUEUED);
+    assert_int_equal(attempts_of(scratch, id), 0);
+}
+
 /* ------------------------------------------------------------------ leases and fencing */
 
 static void test_store_renew_keeps_the_progress_from_going_back(void **state) {
@@ -429,6 +477,8 @@ int main(void) {
         WITH_STORE(test_store_claim_takes_the_oldest_first),
         WITH_STORE(test_store_priority_is_worth_a_minute_a_step),
         WITH_STORE(test_store_release_returns_to_the_old_place),
+        WITH_STORE(test_store_end_claims_the_next_and_all_of_its_twins),
+        WITH_STORE(test_store_end_under_a_lost_claim_claims_nothing),
         WITH_STORE(test_store_renew_keeps_the_progress_from_going_back),
         WITH_STORE(test_store_lease_holds_while_it_is_renewed),
         WITH_STORE(test_store_stale_claim_is_refused),

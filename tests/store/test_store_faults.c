@@ -58,8 +58,9 @@ static struct promise *promise_of(struct life *life, const char *id) {
     return NULL;
 }
 
+/* The claim is `out` already, if its sequence is not 0. */
 static bool claim(struct life *life, struct store_claim *out, struct promise **promise) {
-    enum store_answer answer = store_claim(life->scratch->store, out);
+    enum store_answer answer = out->sequence ? STORE_OK : store_claim(life->scratch->store, out);
     if (answer == STORE_EMPTY || !good(life, answer))
         return false;
     *promise = promise_of(life, out->id);
@@ -72,23 +73,23 @@ static void fill(unsigned char *bytes, const char *id) {
         bytes[k] = (unsigned char)id[k % (ID_SIZE - 1)];
 }
 
-static void finish(struct life *life) {
+/* What is claimed with its end is told in `next`. */
+static void finish(struct life *life, struct store_claim *next) {
     static unsigned char bytes[RESULT_BYTES];
-    struct store_claim held;
+    struct store_claim held = {0};
     struct promise *promise;
     if (!claim(life, &held, &promise))
         return;
     (void)good(life, store_renew(life->scratch->store, &held, 0.5));
     fill(bytes, held.id);
-    if (good(life, scratch_commit(life->scratch, &held, bytes, sizeof bytes)))
+    if (good(life, scratch_commit_and_claim(life->scratch, &held, bytes, sizeof bytes, next)))
         promise->status = STORE_SUCCEEDED;
 }
 
-static void fail_one(struct life *life) {
-    struct store_claim held;
+static void fail_one(struct life *life, struct store_claim *held) {
     struct promise *promise;
-    if (claim(life, &held, &promise) &&
-        good(life, store_fail(life->scratch->store, &held, "{\"status\":422}")))
+    if (claim(life, held, &promise) &&
+        good(life, store_fail(life->scratch->store, held, "{\"status\":422}")))
         promise->status = STORE_FAILED;
 }
 
@@ -107,6 +108,7 @@ static void live(struct life *life) {
     struct store *store = life->scratch->store;
     struct store_sweep sweep;
     struct store_counts counts;
+    struct store_claim next = {0};
     bool created;
     char definition[] = "{}", description[] = "{\"area\":1}";
     struct store_item surface = {.id = "surface",
@@ -115,10 +117,10 @@ static void live(struct life *life) {
                                  .description = description};
     for (int k = 0; k < JOBS; k++)
         submit(life, k);
-    finish(life);
+    finish(life, &next);
     if (good(life, store_item_put(store, STORE_SURFACES, &surface, &created)))
         life->surface = true;
-    fail_one(life);
+    fail_one(life, &next);
     (void)good(life, store_sweep(store, &sweep));
     cancel_and_remove(life);
     (void)good(life, store_counts(store, &counts));

@@ -85,13 +85,16 @@ static enum store_answer claim_operation(struct sqlite_store *store, struct db *
     return query_run(&query);
 }
 
-/* An idle dispatcher asks often; only a reader is bothered by that, who looks into the index of
- * what waits (left to itself SQLite looks through one of all jobs that ever ended). That a job runs
- * is not worth waiting for the disk: a power cut ends its worker too. */
+/* Looks into the index of what waits: left to itself SQLite looks through one of all jobs that ever
+ * ended. */
+static const char any_queued_sql[] =
+    "SELECT 1 FROM jobs INDEXED BY jobs_queue WHERE status = " SQL_QUEUED " LIMIT 1";
+
+/* An idle dispatcher asks often; only a reader is bothered by that. That a job runs is not worth
+ * waiting for the disk: a power cut ends its worker too. */
 enum store_answer sqlite_claim(struct store *store, bool fresh, struct store_claim *claim) {
     struct claiming claiming = {.claim = claim, .fresh = fresh};
-    struct query query = sqlite_read(store, "SELECT 1 FROM jobs INDEXED BY jobs_queue"
-                                            " WHERE status = " SQL_QUEUED " LIMIT 1");
+    struct query query = sqlite_read(store, any_queued_sql);
     enum store_answer answer = query_find(&query, STORE_EMPTY);
     if (answer == STORE_OK)
         answer = sqlite_write(store, DB_LAZY, claim_operation, &claiming);
@@ -99,6 +102,16 @@ enum store_answer sqlite_claim(struct store *store, bool fresh, struct store_cla
         return answer;
     claiming.may_end = true;
     return sqlite_write(store, DB_DURABLE, claim_operation, &claiming);
+}
+
+enum store_answer sqlite_claim_too(struct sqlite_store *store, struct db *db,
+                                   struct store_claim *claim) {
+    struct claiming claiming = {.claim = claim, .may_end = true};
+    struct query query = db_query(db, any_queued_sql);
+    enum store_answer answer = query_find(&query, STORE_EMPTY);
+    if (answer == STORE_OK)
+        answer = claim_operation(store, db, &claiming);
+    return answer == STORE_EMPTY ? STORE_OK : answer;
 }
 
 /* No owner has fewer than none running, and no job has that number. */

@@ -63,7 +63,8 @@ enum store_answer sqlite_result_append(struct store *store, struct store_segment
     return answer;
 }
 
-/* Makes the result whole, or drops it for a twin that was first. */
+/* Makes the result whole, or drops it for a twin that was first. Whoever ends a job is going to
+ * claim the next: that changes the same pages, which are then written once. */
 static enum store_answer commit_operation(struct sqlite_store *store, struct db *db,
                                           void *context) {
     struct store_segment *segment = context;
@@ -103,7 +104,9 @@ static enum store_answer commit_operation(struct sqlite_store *store, struct db 
         " lease = NULL, holder = NULL WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
     query_bind(&query, of_int(sqlite_now(store)), of_int(number), of_int(segment->claim->sequence),
                of_int(segment->claim->token));
-    return db_change(&query, STORE_CONFLICT);
+    answer = db_change(&query, STORE_CONFLICT);
+    return answer == STORE_OK && segment->next ? sqlite_claim_too(store, db, segment->next)
+                                               : answer;
 }
 
 enum store_answer sqlite_result_commit(struct store *store, struct store_segment *segment) {

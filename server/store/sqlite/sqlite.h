@@ -102,6 +102,9 @@ enum store_answer sqlite_remove(struct store *store, const char *id);
 
 enum store_answer sqlite_claim(struct store *store, bool fresh, struct store_claim *claim);
 enum store_answer sqlite_starving(struct store *store, bool fresh);
+/* Claims the first of the queue, if any, inside an operation that is durable. */
+enum store_answer sqlite_claim_too(struct sqlite_store *store, struct db *db,
+                                   struct store_claim *claim);
 /* Runs what claims and ends run, on no job. Inside an operation. */
 enum store_answer sqlite_try_claim(struct sqlite_store *store, struct db *db);
 enum store_answer sqlite_renew(struct store *store, const struct store_claim *claim,
