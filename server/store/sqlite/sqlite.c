@@ -6,6 +6,7 @@
 #include "server/metrics.h"
 #include "server/store/sql.h"
 #include <pthread.h>
+#include <semaphore.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -29,7 +30,7 @@ struct pending {
     enum db_durability durability;
     enum store_answer answer;
     bool done;
-    pthread_cond_t moved; /* it is done, or may lead */
+    sem_t moved; /* it is done, or may lead */
     struct pending *next;
 };
 
@@ -133,43 +134,49 @@ static void run_batch(struct sqlite_store *store, struct pending *batch) {
     atomic_store(&store->broken, answer != STORE_OK);
 }
 
-/* The first thread that finds nobody leading runs what has queued up, its own operation among it.
- * Then the next leader is woken, and who is answered; nobody else. */
+/* The first of those that wait, whose thread takes the rest with it. Nobody who is woken needs the
+ * lock again: else all of a batch would wait for each other once more. */
+static void lead(struct sqlite_store *store) {
+    pthread_mutex_lock(&store->queue_lock);
+    struct pending *batch = store->first, *last = batch;
+    for (int n = 1; last->next && n < BATCH_OPERATIONS; n++)
+        last = last->next;
+    store->first = last->next;
+    if (!store->first)
+        store->end = &store->first;
+    last->next = NULL;
+    pthread_mutex_unlock(&store->queue_lock);
+    run_batch(store, batch);
+    pthread_mutex_lock(&store->queue_lock);
+    struct pending *leader = store->first;
+    store->leading = leader != NULL;
+    pthread_mutex_unlock(&store->queue_lock);
+    if (leader)
+        sem_post(&leader->moved);
+    for (struct pending *one = batch->next, *next; one; one = next) {
+        next = one->next;
+        one->done = true;
+        sem_post(&one->moved);
+    }
+}
+
+/* A thread that finds nobody leading leads; else it waits until it is answered, or may lead. */
 enum store_answer sqlite_write(struct store *base, enum db_durability durability,
                                sqlite_operation operation, void *context) {
     struct sqlite_store *store = sqlite_of(base);
     struct pending own = {.operation = operation, .context = context, .durability = durability};
-    pthread_cond_init(&own.moved, NULL);
+    sem_init(&own.moved, 0, 0);
     pthread_mutex_lock(&store->queue_lock);
     *store->end = &own;
     store->end = &own.next;
-    while (!own.done) {
-        if (store->leading) {
-            pthread_cond_wait(&own.moved, &store->queue_lock);
-            continue;
-        }
-        struct pending *batch = store->first, *last = batch;
-        for (int n = 1; last->next && n < BATCH_OPERATIONS; n++)
-            last = last->next;
-        store->first = last->next;
-        if (!store->first)
-            store->end = &store->first;
-        last->next = NULL;
-        store->leading = true;
-        pthread_mutex_unlock(&store->queue_lock);
-        run_batch(store, batch);
-        pthread_mutex_lock(&store->queue_lock);
-        store->leading = false;
-        if (store->first)
-            pthread_cond_signal(&store->first->moved);
-        for (struct pending *one = batch, *next; one; one = next) {
-            next = one->next;
-            one->done = true;
-            pthread_cond_signal(&one->moved);
-        }
-    }
+    bool wait = store->leading;
+    store->leading = true;
     pthread_mutex_unlock(&store->queue_lock);
-    pthread_cond_destroy(&own.moved);
+    while (wait && sem_wait(&own.moved) != 0)
+        continue; /* a signal */
+    if (!own.done)
+        lead(store);
+    sem_destroy(&own.moved);
     return own.answer;
 }
 
