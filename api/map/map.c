@@ -90,10 +90,7 @@ static void put_row(const struct mapping *mapping, const struct facets_point *po
         } else if (group->kind != MAP_VECTOR) {
             mapping->column[column][row] = own[0];
         } else {
-            struct vec3 v = group->offset == net->warp ? warp
-                            : group->offset == net->weft
-                                ? weft
-                                : vec3_unit(vec3_make(own[0], own[1], own[2]));
+            struct vec3 v = group->offset == net->warp ? warp : weft;
             mapping->column[column][row] = v.x;
             mapping->column[column + 1][row] = v.y;
             mapping->column[column + 2][row] = v.z;

@@ -143,7 +143,7 @@ bool mesh_file_node(struct mesh_file *file, struct mesh_field id,
 
 bool mesh_file_element(struct mesh_file *file, struct mesh_field id, int32_t pid,
                        const struct mesh_field corners[4], int count, bool curved) {
-    int32_t number, nodes[4] = {-1, -1, -1, -1};
+    int32_t number, nodes[4] = {[3] = -1};
     if (!mesh_file_number(file, id, "the id of an element", 1, &number))
         return false;
     for (int k = 0; k < count; k++)

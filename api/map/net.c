@@ -61,6 +61,8 @@ enum api_problem_id map_net_open(const struct api_reader *reader, struct map_net
         const struct api_column *column = &columns->column[k];
         const struct column_spec *spec = column_spec_find(column->table, column->name);
         struct map_group group = {column, spec, MAP_SMOOTH, 1, 0};
+        bool yarn =
+            spec == &column_specs[COLUMN_CELLS_warp] || spec == &column_specs[COLUMN_CELLS_weft];
         taken = 1;
         if (column->table != API_TABLE_CELLS)
             continue;
@@ -69,8 +71,7 @@ enum api_problem_id map_net_open(const struct api_reader *reader, struct map_net
         } else if (are_columns(column, end - k, tensor, parts)) {
             group.kind = MAP_TENSOR;
             group.columns = MAP_TENSOR_COLUMNS;
-        } else if (spec && spec->kind == COLUMN_VECTOR &&
-                   are_columns(column, end - k, spec->part, (size_t)spec->parts)) {
+        } else if (yarn && are_columns(column, end - k, spec->part, (size_t)spec->parts)) {
             group.kind = MAP_VECTOR;
             group.columns = 3;
         }

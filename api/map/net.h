@@ -13,7 +13,7 @@
 /* How a column of the cells is mapped. */
 enum map_kind {
     MAP_SMOOTH, /* interpolated */
-    MAP_VECTOR, /* the first of three that are a direction: interpolated, then made unit again */
+    MAP_VECTOR, /* the first of three that are a yarn's: interpolated, then made unit again */
     MAP_TENSOR, /* the first of k1, k2, k3, k1_x, k1_y, k1_z */
     MAP_CELL    /* that of the cell */
 };

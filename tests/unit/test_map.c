@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "api/map/map.h"
+#include "api/map/map_columns.h"
 
 #include "cloth.h"
 #include "own_arena.h"
@@ -420,8 +421,8 @@ static void test_map_lays_the_drape_as_one_ply(void **state) {
         cloth.fields[k][CLOTH_THICKNESS] = 0.002;
     }
     static const struct vec3 vertices[] = {{2, 1, 0}, {2, 2, 0}, {3, 1, 0}, {12, 1, 0}};
-    static const int32_t elements[][4] = {{0, 2, 1, -1}, {0, 1, 2, -1}, {2, 3, 1, -1}};
-    static const int32_t ids[] = {17, 4, 9};
+    static const int32_t elements[][4] = {{2, 3, 1, -1}, {0, 2, 1, -1}, {0, 1, 2, -1}};
+    static const int32_t ids[] = {9, 17, 4};
     struct mapped *mapped = map_mesh_onto(&cloth, (struct map_target){.vertices = vertices,
                                                                       .vertex_count = 4,
                                                                       .elements = elements,
@@ -430,25 +431,113 @@ static void test_map_lays_the_drape_as_one_ply(void **state) {
     const struct map_plies *plies = mapped->map.fields.plies;
     static const double angle[] = {0, 90}, weft[] = {60, 30};
     assert_int_equal(plies->row_count, 2);
-    assert_true(plies->first[0] == 0 && plies->first[2] == 2 && plies->first[3] == 2);
+    assert_true(plies->first[1] == 0 && plies->first[2] == 1 && plies->first[3] == 2);
     for (size_t k = 0; k < 2; k++) {
         const struct map_ply_row *row = &plies->rows[k];
-        assert_int_equal(row->element, k);
+        assert_int_equal(row->element, k + 1);
         assert_int_equal(row->mirrored, k == 1);
         assert_near(row->angle_deg, angle[k], 1e-12);
         assert_near(element_weft_deg(row), weft[k], 1e-12);
         assert_near(row->thickness, 0.002, 1e-15);
     }
     assert_non_null(strstr(mapped->map.fields.warnings[0], "1 of 3 elements have no ply"));
-    const struct api_column_source *last = &mapped->map.fields.columns[0];
-    double id = 0;
-    while (last->table != API_TABLE_PLIES)
-        last++;
-    assert_string_equal(last->name, "element");
-    last->fill(last->context, 1, 1, &id);
-    assert_true(id == 4);
+    static const char *const names[] = {"element", "ply", "angle_deg", "shear_deg", "thickness"};
+    static const double values[][2] = {{17, 4}, {1, 1}, {0, 90}, {30, 30}, {0.002, 0.002}};
+    const struct api_column_source *own = &mapped->map.fields.columns[0];
+    while (own->table != API_TABLE_PLIES)
+        own++;
+    assert_ptr_equal(own + 5, &mapped->map.fields.columns[mapped->map.fields.column_count]);
+    for (int k = 0; k < 5; k++, own++) {
+        double both[2];
+        assert_string_equal(own->name, names[k]);
+        assert_true(own->fill(own->context, 0, 2, both));
+        assert_near(both[0], values[k][0], 1e-12);
+        assert_near(both[1], values[k][1], 1e-12);
+    }
     mapped_free(mapped);
     cloth_free(&cloth);
+}
+
+/* ---- cavities ---- */
+
+/* Cloth of 2 mm, half of it fibres, that lies flat and says that it is 2.1 mm thick. */
+static struct cloth make_lying(struct api_request *request) {
+    struct cloth cloth = cloth_make(4, 4, flat, NULL);
+    for (size_t k = 0; k < cloth.cell_count; k++)
+        cloth.fields[k][CLOTH_THICKNESS] = 0.0021;
+    *request = (struct api_request){
+        .fabric = {.thickness = 0.002, .plies = 1, .fiber_volume_fraction = 0.5},
+        .permeability = {.model = API_PERMEABILITY_NONE},
+    };
+    return cloth;
+}
+
+/* Where a height is given cloth has it, elsewhere its own, or that of a drape between rigid faces;
+ * plies that are thinner are counted. */
+static void test_map_presses_cloth_to_heights(void **state) {
+    (void)state;
+    static const struct vec3 points[] = {{1, 1, 0}, {2, 1, 0}, {3, 1, 0}, {9, 1, 0}};
+    static const double heights[] = {0, 0.0015, 0.004, 0.004};
+    for (int rigid = 0; rigid < 2; rigid++) {
+        struct api_request request;
+        struct cloth cloth = make_lying(&request);
+        request.cavity.rigid = rigid;
+        request.cavity.height = 0.001;
+        struct mapped *mapped = map_mesh_onto(&cloth, (struct map_target){.vertices = points,
+                                                                          .vertex_count = 4,
+                                                                          .element_count = 4,
+                                                                          .heights = heights,
+                                                                          .cloth = &request});
+        assert_near(value_at(mapped, "thickness", 0), rigid ? 0.001 : 0.0021, 1e-15);
+        assert_near(value_at(mapped, "thickness", 1), 0.0015, 1e-15);
+        assert_near(value_at(mapped, "thickness", 2), 0.004, 1e-15);
+        assert_int_equal(mapped->map.fields.warning_count, 1);
+        assert_non_null(strstr(mapped->map.fields.warnings[0],
+                               "at 1 of 4 points the plies are thinner than the cavity"));
+        mapped_free(mapped);
+        cloth_free(&cloth);
+    }
+}
+
+/* A punch over a half of the cloth: its height there, the cloth's own beside it. */
+static void test_map_presses_cloth_under_a_punch(void **state) {
+    (void)state;
+    static const struct vec3 points[] = {{1, 1, 0}, {1, 3, 0}, {3, 1, 0}, {9, 1, 0}};
+    static const struct vec3 corners[] = {
+        {-1, -1, 0.0015}, {2, -1, 0.0015}, {2, 2, 0.0015}, {-1, 2, 0.0015}, {0.5, 5, 0.0015}};
+    static const int32_t punch[][4] = {{0, 1, 2, 3}, {3, 2, 4, -1}};
+    struct api_request request;
+    struct cloth cloth = make_lying(&request);
+    struct mapped *mapped = map_mesh_onto(&cloth, (struct map_target){.vertices = points,
+                                                                      .vertex_count = 4,
+                                                                      .element_count = 4,
+                                                                      .punch_vertices = corners,
+                                                                      .punch = punch,
+                                                                      .punch_count = 2,
+                                                                      .cloth = &request});
+    assert_near(value_at(mapped, "thickness", 0), 0.0015, 1e-12);
+    assert_near(value_at(mapped, "thickness", 1), 0.0015, 1e-12);
+    assert_near(value_at(mapped, "thickness", 2), 0.0021, 1e-15);
+    assert_int_equal(mapped->map.fields.warning_count, 1);
+    assert_non_null(strstr(mapped->map.fields.warnings[0], "the punch is not above 1 of 4 points"));
+    mapped_free(mapped);
+    cloth_free(&cloth);
+}
+
+/* No more than there is room for; those that came first. */
+static void test_map_keeps_its_first_warnings(void **state) {
+    (void)state;
+    static struct api_map map;
+    for (int k = 0; k < MAP_WARNINGS_MAX + 2; k++) {
+        map_warn_text(&map, k < MAP_WARNINGS_MAX ? "kept" : "too late");
+        map_warn(&map, "number %d", k);
+    }
+    assert_int_equal(map.fields.warning_count, MAP_WARNINGS_MAX);
+    for (int k = 0; k < MAP_WARNINGS_MAX; k += 2)
+        assert_string_equal(map.fields.warnings[k], "kept");
+    assert_string_equal(map.fields.warnings[MAP_WARNINGS_MAX - 1], "number 3");
+    map_warn_text(&map, "too late");
+    assert_int_equal(map.fields.warning_count, MAP_WARNINGS_MAX);
 }
 
 /* ---- places ---- */
@@ -662,6 +751,9 @@ int main(void) {
         cmocka_unit_test(test_map_tensor_turns_with_the_cloth),
         cmocka_unit_test(test_map_of_all_turned_is_the_map_turned),
         cmocka_unit_test(test_map_lays_the_drape_as_one_ply),
+        cmocka_unit_test(test_map_presses_cloth_to_heights),
+        cmocka_unit_test(test_map_presses_cloth_under_a_punch),
+        cmocka_unit_test(test_map_keeps_its_first_warnings),
         cmocka_unit_test(test_map_tells_distance_and_what_is_extrapolated),
         cmocka_unit_test(test_map_warns_when_more_than_half_is_far),
         cmocka_unit_test(test_map_takes_the_middles_of_elements_and_their_ids),

@@ -9,7 +9,7 @@
 
 static const char abaqus[] =
     "*HEADING\n a part\n** a comment\n*Node, nset=all\n"
-    " 1, 0., 0., 0.\n 2, 1., 0.\n3,1.,1.D0,0.\n40,0.,1.,0.\n5,2.,.5,-1.5e-3\n"
+    " 1, 0., 0., 0.\n 2, 1., 0.\n3,1.,1.D0,0.\n40 ,0. ,1.,0.\n5,2.,.5,-1.5e-3\n"
     "*Element, type=S4R, elset=\"SKIN\"\n901, 1, 2, 3, 40\n"
     "*ELEMENT, TYPE=S3\n17, 2, 5, 3\n"
     "*ELEMENT, TYPE=B31\n18, 2, 5\n"
@@ -40,7 +40,8 @@ static const char gmsh4[] =
     "$Entities\n1 1 2 0\n1 0 0 0 0\n1 0 0 0 1 0 0 1 7 0\n"
     "1 0 0 0 1 1 0 1 1 4 1 2 3 4\n8 1 0 -1 2 1 0 1 -2 3 1 2 3\n$EndEntities\n"
     "$Nodes\n2 5 1 40\n1 1 0 2\n1\n2\n0 0 0\n1 0 0\n2 1 0 3\n3\n40\n5\n1 1 0\n0 1 0\n2 .5 -1.5e-3\n"
-    "$EndNodes\n$Elements\n3 3 1 901\n1 1 1 1\n18 2 5\n2 1 3 1\n901 1 2 3 40\n2 8 2 1\n17 2 5 3\n"
+    "$EndNodes\n$Elements\n3 4 1 901\n1 1 1 2\n18 2 5\n19 5 3\n2 1 3 1\n901 1 2 3 40\n2 8 2 1\n17 "
+    "2 5 3\n"
     "$EndElements\n";
 static const char universal[] =
     "    -1\n   151\na title\n    -1\n    -1\n  2411\n"
@@ -122,13 +123,14 @@ static void test_map_files_say_the_line_of_what_is_wrong(void **state) {
         const char *from, *to, *says;
     } wrong[] = {
         {0, "17, 2, 5, 3", "901, 2, 5, 3", "line 13: element 901 is defined twice"},
-        {0, "40,0.,1.", "2,0.,1.", "line 8: node 2 is defined twice"},
+        {0, "40 ,0. ,1.", "2,0.,1.", "line 8: node 2 is defined twice"},
         {0, "17, 2, 5, 3", "17, 2, 6, 3", "there is no node 6"},
         {0, "17, 2, 5, 3", "17, 2, 5", "has less than 3 nodes"},
         {0, "*Step", "*INCLUDE, INPUT=a.inp", "line 21: the file that *INCLUDE names"},
         {0, "2, 1., 0.", "2, 1e13, 0.", "line 6: a coordinate must be a number of at most 1e12"},
         {0, "*HEADING", "*ELGEN", "line 1: *ELGEN is not read"},
         {0, " a part", "*INSTANCE, NAME=a\n1., 0., 0.", "line 3: an instance that is moved"},
+        {0, "*HEADING", "*ELGEN\n*INCLUDE, INPUT=a.inp", "line 1: *ELGEN is not read"},
         {1, "_THICKNESS", "_COMPOSITE", "*ELEMENT_SHELL_COMPOSITE is not read"},
         {1, "40,0.", "&id,0.", "line 7: the id of a node must be a whole number"},
         {1, "*KEYWORD", "*INCLUDE", "line 1: the file that *INCLUDE names"},
@@ -139,6 +141,9 @@ static void test_map_files_say_the_line_of_what_is_wrong(void **state) {
         {3, "901 1 2 3 40", "901 1 2 3", "the element has less than 4 nodes"},
         {4, "    -1\n   151", "     1\n   151", "line 1: this is not a universal file"},
         {4, "  2411", "   781", "dataset 781 is not read"},
+        {4, "         8       901         0         0\n",
+         "         x       901         0         0\n    -1\n    -1\n   781\n",
+         "line 32: a code must be a whole number"},
         {5, "<VTKFile type", "<VTKFile kind", "this VTK file is a file without a type"},
         {5, "Grid\"", "Grid\" compressor=\"vtkLZ4\"", "packed by vtkLZ4: save it with zlib"},
         {5, "</Piece>", "", "line 12: this is not a VTK XML file: mismatched tag"},
@@ -168,6 +173,49 @@ static void test_map_files_say_the_line_of_what_is_wrong(void **state) {
                          API_INVALID_REQUEST);
         if (!strstr(problem.error[0].detail, wrong[k].says))
             fail_msg("%s is not in: %s", wrong[k].says, problem.error[0].detail);
+        bytes_free(&text);
+    }
+}
+
+/* Solids beside beams, each kind once. */
+static void test_map_files_count_what_is_no_shell(void **state) {
+    (void)state;
+    struct bytes text =
+        text_replace(universal, "       901        94",
+                     "        19       111         2         1         7         4\n"
+                     "         1         2         3        40\n"
+                     "       901        94");
+    struct map_target mesh = mesh_text_good(map_target_universal, text.data, arena);
+    assert_int_equal(mesh.element_count, 2);
+    assert_non_null(strstr(mesh.warning, "ignored: 1 beams, 1 elements of other kinds (only"));
+    bytes_free(&text);
+}
+
+/* A keyword that ends in + has fields of 20 characters, in - of 8; others as *KEYWORD says. */
+static void test_map_files_of_dyna_have_fields_of_8_or_20(void **state) {
+    (void)state;
+    static const struct {
+        const char *file, *end;
+        bool wide;
+    } rows[] = {{"", "", false},          {"", "+", true},         {"", " +", true},
+                {"", " -", false},        {" LONG=Y", "", true},   {" LONG=Y", "-", false},
+                {" LONG=Y", " -", false}, {" LONG=Y", " +", true}, {" ID=a LONG=K", "", true},
+                {" LONG=S", "", false}};
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        const int width = rows[k].wide ? 20 : 8, real = rows[k].wide ? 20 : 16;
+        struct bytes text = {0};
+        bytes_format(&text, "*KEYWORD%s\n*NODE%s\n", rows[k].file, rows[k].end);
+        for (int n = 0; n < 3; n++)
+            bytes_format(&text, "%*d%*g%*g%*g\n", width, n + 1, real, n == 1 ? 1.5 : 0, real,
+                         n == 2 ? 2.5 : 0, real, 0.5);
+        bytes_format(&text, "*ELEMENT_SHELL%s\n%*d%*d%*d%*d%*d%*d\n*END\n", rows[k].end, width, 7,
+                     width, 3, width, 1, width, 2, width, 3, width, 3);
+        struct map_target mesh = mesh_text_good(map_target_lsdyna, text.data, arena);
+        assert_int_equal(mesh.vertex_count, 3);
+        assert_int_equal(mesh.ids[0], 7);
+        assert_int_equal(mesh.pids[0], 3);
+        assert_true(mesh.vertices[1].x == 1.5 && mesh.vertices[2].y == 2.5);
+        assert_true(mesh.vertices[0].z == 0.5);
         bytes_free(&text);
     }
 }
@@ -240,6 +288,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_map_files_all_give_the_same_mesh),
         cmocka_unit_test(test_map_files_say_the_line_of_what_is_wrong),
+        cmocka_unit_test(test_map_files_count_what_is_no_shell),
+        cmocka_unit_test(test_map_files_of_dyna_have_fields_of_8_or_20),
         cmocka_unit_test(test_map_files_name_sets_in_lists),
         cmocka_unit_test(test_map_files_cut_anywhere_are_read_or_refused),
     };

@@ -495,8 +495,9 @@ static void test_map_gates_stay_with_their_elements_under_a_punch(void **state) 
 
 static void test_map_gates_of_no_element_are_a_problem(void **state) {
     (void)state;
-    static const char *const lists[] = {
-        "18", "", ",", "17,", "a", "17 901", "-17", "99999999999", "pid:3", "pid:", "pid:x"};
+    static const char *const lists[] = {"18",         "",       ",",    "17,",
+                                        "a",          "17 901", "-17",  "99999999999",
+                                        "4294967313", "pid:3",  "pid:", "pid:x"};
     struct api_problem problem = {0};
     for (size_t k = 0; k < sizeof lists / sizeof *lists; k++) {
         struct map_target mesh = read_good(small_fields);
