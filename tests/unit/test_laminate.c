@@ -330,6 +330,40 @@ static void test_laminate_record_maps_what_the_laminate_does(void **state) {
     bytes_free(&text);
 }
 
+/* However late memory ends, that is what is said, of a map and of patterns. */
+static void test_laminate_without_memory_is_a_problem(void **state) {
+    static const struct vec3 corners[] = {{0.2, 0.1, 0}, {0.3, 0.1, 0}, {0.2, 0.2, 0}};
+    static const int32_t elements[][4] = {{0, 1, 2, -1}};
+    static uint8_t roles[] = {MAP_INLET};
+    const struct map_target target = {.vertices = corners,
+                                      .vertex_count = 3,
+                                      .elements = elements,
+                                      .element_count = 1,
+                                      .roles = roles};
+    const struct laminate_roll roll = {.width = 9, .gap = 0.25};
+    struct stored *s = *state;
+    struct api_map *map = arena_alloc(s->arena, 1, sizeof *map);
+    for (int drawn = 0; drawn < 2; drawn++) {
+        enum api_problem_id id = API_OUT_OF_MEMORY;
+        size_t n = 0;
+        while (id == API_OUT_OF_MEMORY) {
+            struct api_problem problem = {.id = API_OK};
+            struct bytes text = {0};
+            const struct api_sink sink = sink_into(&text);
+            struct arena *arena = arena_new((size_t)1 << 30);
+            arena_fail_at(arena, n += 1 + n / 6); /* not all: there are hundreds */
+            id = drawn ? laminate_patterns(&s->laminate, s->nets, LAMINATE_ALL, "svg", &roll, &sink,
+                                           arena, &problem)
+                       : laminate_map(&s->laminate, s->nets, &target, NULL, arena, map, &problem);
+            assert_int_equal(id, problem.id);
+            arena_free(arena);
+            bytes_free(&text);
+        }
+        assert_int_equal(id, API_OK);
+        assert_true(n > 30);
+    }
+}
+
 /* Results that end early or are of another number of drapes, options out of range, and a record
  * without a laminate are told. */
 static void test_laminate_record_that_is_damaged_is_told(void **state) {
@@ -366,6 +400,7 @@ int main(void) {
         cmocka_unit_test(test_laminate_record_draws_what_the_laminate_does),
         cmocka_unit_test(test_laminate_account_has_every_seam),
         cmocka_unit_test(test_laminate_record_maps_what_the_laminate_does),
+        cmocka_unit_test(test_laminate_without_memory_is_a_problem),
         cmocka_unit_test(test_laminate_record_that_is_damaged_is_told),
     };
     return cmocka_run_group_tests(tests, make_stored, free_stored);

@@ -154,6 +154,29 @@ static void test_optimise_begins_with_what_is_obvious(void **state) {
     bytes_free(&mesh);
 }
 
+/* A bowl over a square has the same moments in all directions of its plane, so that its principal
+ * axes tell nothing of its planes of symmetry, which are those of its coordinates: the search
+ * begins next to the own start on either, along it and at 45 degrees. */
+static void test_optimise_begins_on_planes_of_coordinates(void **state) {
+    static const double starts[][2] = {{0, 0.2}, {0.3, 0}};
+    struct bytes part = text_replace(studied_bowl, "\"fabric\"",
+                                     "\"start\":{\"point\":[0.3,0.2,0.065]},\"fabric\"");
+    struct studied f = studied_make(
+        part.data, "\"vary\":{\"start\":{\"grid\":9},\"angle_deg\":{\"from\":0,\"to\":85,"
+                   "\"step\":5}},\"search\":\"optimise\",\"budget\":20,"
+                   "\"objectives\":[\"max_shear_deg\"]");
+    (void)state;
+    for (int p = 0; p < 2; p++) {
+        size_t found = 0;
+        for (size_t k = 0; k < f.rows; k++)
+            found += hypot(studied_value(&f, "x", k) - starts[p][0],
+                           studied_value(&f, "y", k) - starts[p][1]) < 0.01;
+        assert_int_equal(found, 2);
+    }
+    studied_free(&f);
+    bytes_free(&part);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_optimise_beats_a_grid),
@@ -163,6 +186,7 @@ int main(void) {
         cmocka_unit_test(test_optimise_keeps_to_what_is_left_of_a_face),
         cmocka_unit_test(test_optimise_ends_in_a_pole),
         cmocka_unit_test(test_optimise_begins_with_what_is_obvious),
+        cmocka_unit_test(test_optimise_begins_on_planes_of_coordinates),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
