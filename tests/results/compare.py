@@ -42,6 +42,9 @@ ON_ROLLS = [f"{f} --partial" for f in ("dxf", "astm", "svg", "svg --width 9 --tu
                                        "hpgl --roll 1", "laser", "laser-csv", "virtek")]
 STACKS = [f + MAP for f in ("csv", "csv --table plies", "json", "lcmsim", "nastran", "abaqus", "compost", "acp", "gmsh", "unv",
                             "csv --reference 1,2,0 --cavity-height pid:1:0.004")]
+SOLVERS = [f + MAP for f in ("abd", "calculix", "lsdyna", "optistruct", "radioss --reference 1,2,0",
+                             "nastran --plies-as yarns", "nastran --plies-as bisector", "lims", "vtu", "lcmsim-h5")]
+ELASTIC = {"plies": {"0": {"fabric": {"lamina": {"e1": 1.1e11, "e2": 6e9, "nu12": 0.3, "g12": 2e9}}}}}
 BUNDLED = ("stack under pressure", "millimetres", "triangles")  # of a patch, of faces, of triangles
 LAMINATES, STUDIES = ({each["name"]: each for each in json.loads((HERE / file).read_text())}
                       for file in ("laminates.json", "studies.json"))
@@ -65,6 +68,7 @@ def cases():
         yield "api/examples/sphere.json", {"fabric": {"spacing": 0.25}}, f"json --threads {threads}"
     for name in LAMINATES:
         yield from ((f"laminate: {name}", {}, output) for output in ["json", "html"] + ON_ROLLS + STACKS)
+    yield from (("laminate: named pieces", ELASTIC, output) for output in SOLVERS)
     yield from ((f"laminate: {name}", {}, "bundle --partial") for name in BUNDLED)
     for name in STUDIES:
         yield from ((f"study: {name}", {}, output) for output in ["json", "csv", "json --variant 3"])
