@@ -51,7 +51,7 @@ SANITIZED_ALONE = ("faults/test_disk", "faults/test_hostile", "http/drapes", "ht
 # What waits for children and for time: not every day.
 WAITING = ("server/test_document_pool", "server/test_dispatcher", "server/test_sandbox")
 PLAIN_ALONE = ("http/docs", "http/proposals", "http/readers", "faults/test_kills", "faults/test_slow",
-               "import/test_import", "store/test_store_durability")
+               "import/test_import", "import/test_splits", "store/test_store_durability")
 
 
 @dataclass

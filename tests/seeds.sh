@@ -9,17 +9,20 @@ cd "$(dirname "$0")/.." || exit 1
 build=$1 rounds=$2 failed=0
 output=$(mktemp) shares=$(mktemp)
 trap 'rm -f "$output" "$shares"' EXIT
-export CMOCKA_MESSAGE_OUTPUT=TAP DRAPED_SEED DRAPED_TEST_SIZE=0.1
+export BUILD=$build CMOCKA_MESSAGE_OUTPUT=TAP DRAPED_SEED DRAPED_TEST_SIZE=0.1
 for ((round = 1; round <= rounds; round++)); do
     DRAPED_SEED=$((RANDOM << 15 | RANDOM))
-    for source in $(grep -lE 'random_begin|check_seed|check_rounds|DRAPED_SEED' tests/{unit,exact,store}/test_*.c); do
-        "$build/${source%.c}" >"$output" 2>&1
+    for source in $(grep -lE 'random_begin|check_seed|check_rounds|DRAPED_SEED' tests/{unit,exact,store}/test_*.c) \
+        tests/import/test_splits.py; do
+        test=$build/${source%.c}
+        [ "$source" = "${source%.py}" ] || test=$source
+        "$test" >"$output" 2>&1
         status=$?
         grep '^ *share: ' "$output" >>"$shares"
         [ $status -eq 0 ] && grep '^ *part of seed' "$output"
         [ $status -eq 0 ] && continue
         failed=$((failed + 1))
-        echo "DRAPED_SEED=$DRAPED_SEED DRAPED_TEST_SIZE=$DRAPED_TEST_SIZE $build/${source%.c}"
+        echo "DRAPED_SEED=$DRAPED_SEED DRAPED_TEST_SIZE=$DRAPED_TEST_SIZE BUILD=$build $test"
         grep -v '^ok' "$output"
     done
 done

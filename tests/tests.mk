@@ -39,10 +39,10 @@ $(FUZZERS): $(B)/tests/fuzz/run_%: $(B)/tests/fuzz/fuzz_%.o $(FUZZ_HELPERS) $(LI
 ANSWERS := $(call objects,$(addprefix tests/exact/,chebyshev.c geodesic.c goursat.c reference.c spline.c))
 $(ANSWERS): CFLAGS := $(filter-out $(OPT) $(SANITIZE),$(CFLAGS)) -O3
 
-tests: $(TESTS) $(REPLAYS) $(B)/tests/import/make_parts
+tests: $(TESTS) $(REPLAYS) $(B)/tests/import/make_parts $(B)/tests/import/make_splits
 
 # What writes the CAD files that the importer is tested with; no part of what is tested.
-$(B)/tests/import/make_parts: tests/import/make_parts.cc | $(B)/.setup-import
+$(B)/tests/import/make_parts $(B)/tests/import/make_splits: $(B)/%: %.cc | $(B)/.setup-import
 	@mkdir -p $(@D)
 	$(call say,LINK,$@)$(CXX) -std=c++17 -O1 -isystem /usr/include/opencascade -o $@ $< -lTKXDESTEP \
 	    -lTKFillet -lTKOffset -lTKBO -lTKBool -lTKPrim $(OCC_LIBS)
@@ -76,12 +76,12 @@ golden: all $(GOLDEN) ## when results change and should: writes anew what they a
 	@git --no-pager diff --stat -- tests docs deploy
 
 # The tests that hurt, at full length: 200 kills, a thousand slow clients for 30 s, ...
-soak: $(B)/tests/exact/test_exact_estimates $(B)/tests/import/make_parts ## 200 kills under load, a thousand slow clients, damaged files, the gate, all estimates
+soak: $(B)/tests/exact/test_exact_estimates $(B)/tests/import/make_parts $(B)/tests/import/make_splits ## 200 kills under load, a thousand slow clients, damaged files, the gate, all estimates
 	@deploy/setup.sh test
 	@$(MAKE) --no-print-directory -s all
 	@LONG=1 $(B)/tests/exact/test_exact_estimates
 	@for test in tests/faults/test_*.py; do LONG=1 BUILD=$(B) python3 $$test || exit 1; done
-	@LONG=1 BUILD=$(B) /usr/bin/python3 tests/import/test_import.py
+	@for test in tests/import/test_*.py; do LONG=1 BUILD=$(B) /usr/bin/python3 $$test || exit 1; done
 	@STRICT=1 tests/load/gate.sh $(B)
 
 # Random tests begin with the same seeds every time, so that a run says of a tree what the one before
