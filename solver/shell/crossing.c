@@ -475,14 +475,14 @@ static bool past_open_end(const struct surface_point *point, double distance,
     return nearest < end_reach * distance;
 }
 
-/* Whether a place past the line in which a joint goes on is one of the face beyond, too. Where both
- * faces bend alike they are one surface, and carried to the other a place is near to where that
- * leads, or parameters mean nothing there. */
+/* Whether a place past the end of a joint, or the line in which that goes on, is one of the face
+ * beyond, too. Where both faces bend alike they are one surface, and carried to the other a place
+ * is near to where that leads, or parameters mean nothing there. */
 static bool goes_over(const struct surface_point *point, const struct crossing *crossing) {
     struct surface_cursor cursor = {0, 0};
     struct surface_place place;
     struct surface_point from, to, there;
-    if (!crossing->continued || !surface_point_at(point->surface, &cursor, crossing->edge, &from) ||
+    if (!surface_point_at(point->surface, &cursor, crossing->edge, &from) ||
         !surface_point_at(crossing->beyond, &cursor, crossing->entry, &to))
         return true;
     struct vec3 offset = crossing_turn(crossing, vec3_sub(point->jet.r, crossing->from.at));
@@ -523,8 +523,8 @@ void crossing_find(const struct surface_point *point, const struct surface *befo
     if (over && joint_near(point, hit, crossing)) {
         struct vec3 off = vec3_sub(point->jet.r, crossing->from.at);
         put_near(surface, near, crossing->edge);
-        if (!crossing->continued ||
-            (vec3_dot(off, crossing->from.across) > 0 && goes_over(point, crossing)))
+        bool past = !crossing->continued || vec3_dot(off, crossing->from.across) > 0;
+        if (past && (!open || goes_over(point, crossing)))
             return;
     }
     /* past one with another open end, no nearer: joints of a narrow strip end one beside another */
