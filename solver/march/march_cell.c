@@ -179,15 +179,9 @@ void march_note_edges(struct march *march, const struct march_cell *at, const st
 }
 
 /* How far the ends of a rough cell's yarns may be apart, by their length, and for geodesics that
- * are shot how accurate their steps are: on developables next to nothing, and elsewhere by this
- * share of |K| d^2 more, of which bent edges leave five times as much wrong. */
-static const double length_accuracy = 3e-8, own_share = ROUGH_OWN_SHARE / 5, ray_share = 0.1;
+ * are shot how accurate their steps are. */
+static const double length_accuracy = 3e-8;
 static const double geodesic_accuracy[] = {1e-11, 1e-12}, rough_accuracy[] = {9e-10, 9e-11};
-
-static double own_error(const struct march *march, const struct surface_point *at) {
-    double turn = fabs(surface_point_gauss_curvature(at)) * march->length[0] * march->length[1];
-    return own_share * fmin(turn, 1);
-}
 
 /* How far from its face a yarn may lie that stays on its continuation, by its length: the way that
  * keeps to the joint between is longer by 8/3 of this squared. */
@@ -251,8 +245,8 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
                            vec3_dot(vec3_cross(yarns.end[0], yarns.end[1]), node->point.normal) >
                        0;
     } else if (found) {
-        double accuracy = length_accuracy + own_error(march, &node->point);
-        measured = fishnet_length_meet(&march->cursor, cell, d[0], d[1], accuracy, &yarns, node);
+        measured =
+            fishnet_length_meet(&march->cursor, cell, d[0], d[1], length_accuracy, &yarns, node);
     }
     /* Beside a joint D may have moved past it, and lengths were those of the face's continuation.
      */
@@ -265,9 +259,7 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
         return FISHNET_NO_CONVERGENCE;
     node->tried = 0;
     const struct fishnet_yarns begun = yarns;
-    const double own = own_error(march, found ? &node->point : cell->a);
-    const double rough[2] = {rough_accuracy[0], rough_accuracy[1] + ray_share * own};
-    const double *accuracy = geodesic ? geodesic_accuracy : rough;
+    const double *accuracy = geodesic ? geodesic_accuracy : rough_accuracy;
     enum fishnet_end end = meet_as_geodesics(march, cell, accuracy, &yarns, node);
     /* Over a joint that is curved, for one; not where the first rays could not be followed. */
     if (end == FISHNET_NO_CONVERGENCE && geodesic && node->iterations > 0) {

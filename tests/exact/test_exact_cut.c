@@ -377,6 +377,25 @@ static void test_exact_cut_lost_geodesics_that_met_no_joint(void **state) {
         assert_int_equal(cut_overlapping_is_wrong(seeds[k]), 0);
 }
 
+/* Beyond the boundary edges are rough where the continuation bends tightly, and lengths measured
+ * from joint to joint were right to 1e-3 |K| d^2 only: nodes by the boundary were off by 1e-6 to
+ * 3e-5 spacings, and said nothing. */
+static void test_exact_cut_rough_edges_beyond_the_boundary(void **state) {
+    (void)state;
+    static const uint64_t seeds[] = {9900096, 9900450, 70400058, 70500170};
+    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
+        assert_int_equal(cut_any_is_wrong(seeds[k]), 0);
+}
+
+/* Far beyond a corner of the part, past the end of a joint that does not go on there, an arm was
+ * carried to the other face, ten spacings away, and lay on the cloth: that covered 0.89 and 0.98.
+ */
+static void test_exact_cut_arms_far_past_the_end_of_a_joint(void **state) {
+    (void)state;
+    assert_int_equal(cut_any_is_wrong(70100150), 0);
+    assert_int_equal(cut_any_is_wrong(70400036), 0);
+}
+
 /* Weights that spread over 1e24, as a projective change of parameter makes them of degree 6: they
  * were balanced the wrong way, and Newton's method found nodes past infinite parameters. */
 static void test_exact_cut_weights_that_spread_far(void **state) {
@@ -705,6 +724,8 @@ int main(void) {
         cmocka_unit_test(test_exact_cut_roots_on_a_continuation_that_turns_over),
         cmocka_unit_test(test_exact_cut_bent_edges_over_a_joint),
         cmocka_unit_test(test_exact_cut_lost_geodesics_that_met_no_joint),
+        cmocka_unit_test(test_exact_cut_rough_edges_beyond_the_boundary),
+        cmocka_unit_test(test_exact_cut_arms_far_past_the_end_of_a_joint),
         cmocka_unit_test(test_exact_cut_weights_that_spread_far),
         cmocka_unit_test(test_exact_cut_where_parameters_turn_back),
         cmocka_unit_test(test_exact_cut_arm_that_all_but_meets_a_pole),
