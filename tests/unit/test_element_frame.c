@@ -134,11 +134,32 @@ static void test_element_without_a_direction_is_told(void **state) {
     assert_int_equal(element_frame_make(vertices, sound, NULL, &frame), ELEMENT_SOUND);
 }
 
+/* Sides that are next to parallel span no plane, and what is next to the normal has no direction in
+ * it: by less than a millionth. */
+static void test_element_limits_are_a_millionth(void **state) {
+    static const int32_t corners[] = {0, 1, 2, -1};
+    static const struct {
+        double sine;
+        enum element_fault thin, steep;
+    } rows[] = {{0.9e-6, ELEMENT_FLAT, ELEMENT_PERPENDICULAR},
+                {1.1e-6, ELEMENT_SOUND, ELEMENT_SOUND}};
+    (void)state;
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        struct element_frame frame;
+        const struct vec3 thin[] = {{0, 0, 0}, {1, 0, 0}, {1, rows[k].sine, 0}};
+        const struct vec3 square[] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+        const struct vec3 steep = {rows[k].sine, 0, 1};
+        assert_int_equal(element_frame_make(thin, corners, NULL, &frame), rows[k].thin);
+        assert_int_equal(element_frame_make(square, corners, &steep, &frame), rows[k].steep);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_element_angles_lead_back_to_the_yarns),
         cmocka_unit_test(test_element_flipped_sees_angles_of_the_other_sign),
         cmocka_unit_test(test_element_without_a_direction_is_told),
+        cmocka_unit_test(test_element_limits_are_a_millionth),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -272,19 +272,60 @@ static void test_encode_csv_fields_keep_the_order_of_the_table(void **state) {
     bytes_free(&text);
 }
 
+#define NAME_63 "123456789 123456789 123456789 123456789 123456789 123456789 123"
+
 static void test_encode_options_are_checked(void **state) {
     (void)state;
     static const struct {
         const char *name, *value;
         bool ok;
-    } cases[] = {{"precision", "1", true},   {"precision", "17", true},
-                 {"precision", "0", false},  {"precision", "18", false},
-                 {"precision", "", false},   {"precision", "3x", false},
-                 {"precision", " 3", false}, {"precision", "-3", false},
-                 {"precision", "+3", false}, {"precision", "99999999999999999999", false},
-                 {"table", "nodes", true},   {"table", "cells", true},
-                 {"table", "front", false},  {"table", "", false},
-                 {"fields", "nodes.x", true}};
+    } cases[] = {{"precision", "1", true},
+                 {"precision", "17", true},
+                 {"precision", "0", false},
+                 {"precision", "18", false},
+                 {"precision", "", false},
+                 {"precision", "3x", false},
+                 {"precision", " 3", false},
+                 {"precision", "-3", false},
+                 {"precision", "+3", false},
+                 {"precision", "99999999999999999999", false},
+                 {"table", "nodes", true},
+                 {"table", "cells", true},
+                 {"table", "front", false},
+                 {"table", "", false},
+                 {"fields", "nodes.x", true},
+                 {"lcmsim_version", "2", true},
+                 {"lcmsim_version", "3", true},
+                 {"lcmsim_version", "1", false},
+                 {"lcmsim_version", "4", false},
+                 {"lcmsim_version", "22", false},
+                 {"at_most_fiber_volume_fraction", "1e-300", true},
+                 {"at_most_fiber_volume_fraction", "0.9999999999999999", true},
+                 {"at_most_fiber_volume_fraction", "0", false},
+                 {"at_most_fiber_volume_fraction", "1", false},
+                 {"within", "0", true},
+                 {"within", "10", true},
+                 {"within", "10.000001", false},
+                 {"within", "-1e-9", false},
+                 {"within", "nan", false},
+                 {"plies_as", "warp", true},
+                 {"plies_as", "bisector", true},
+                 {"plies_as", "weft", false},
+                 {"allowance", "0", true},
+                 {"allowance", "1e12", true},
+                 {"allowance", "1.000001e12", false},
+                 {"allowance", "-1", false},
+                 {"partial", "0", true},
+                 {"partial", "1", true},
+                 {"partial", "2", false},
+                 {"partial", "01", false},
+                 {"partial", "", false},
+                 {"part", NAME_63, true},
+                 {"part", NAME_63 "x", false},
+                 {"part", "a&b", false},
+                 {"ply", "~ ok", true},
+                 {"ply", "\x7f", false},
+                 {"ply", "a\tb", false}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct format_options options = {0};
         struct api_problem problem = {0};

@@ -2,6 +2,7 @@
 /* The binary formats, the pattern and the meshes byte by byte against files in golden/, which the
  * readers of tests/readers open as well. DRAPE_GOLDEN=write writes them anew. */
 #include "api/format/colour.h"
+#include "api/format/dxf_writer.h"
 #include "api/format/format.h"
 #include "api/format/lcmsim.h"
 #include "api/format/stack.h"
@@ -97,6 +98,31 @@ static struct bytes unzip(const struct bytes *zip, const char *name) {
     }
     fail_msg("%s is not in the archive", name);
     return (struct bytes){0};
+}
+
+/* ---- drawings ---- */
+
+/* $INSUNITS and $MEASUREMENT as the reference of DXF has them; 0 where it has no such unit. */
+static void test_dxf_says_its_unit(void **state) {
+    static const struct {
+        const char *unit;
+        int number, metric;
+    } rows[] = {{"in", 1, 0}, {"ft", 2, 0},  {"mm", 4, 1}, {"cm", 5, 1},
+                {"m", 6, 1},  {"um", 13, 1}, {"ell", 0, 0}};
+    static const double low[2] = {0, 0}, high[2] = {1, 1};
+    static const struct dxf_layer layers[] = {{"1", DXF_WHITE}};
+    (void)state;
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        char bytes[4096], wanted[80];
+        struct api_text text = api_text_over(bytes, sizeof bytes);
+        dxf_head(&text, rows[k].unit, low, high, layers, 1);
+        const char *said = api_text_finish(&text);
+        snprintf(wanted, sizeof wanted, "$INSUNITS\n70\n%d\n9\n$MEASUREMENT\n70\n%d\n",
+                 rows[k].number, rows[k].metric);
+        assert_non_null(said);
+        if (!strstr(said, wanted))
+            fail_msg("%s: %s", rows[k].unit, said);
+    }
 }
 
 /* ---- results ---- */
@@ -753,6 +779,7 @@ static void test_lcmsim_bins_know_no_sign_of_direction(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_dxf_says_its_unit),
         cmocka_unit_test(test_formats_of_results_are_golden),
         cmocka_unit_test(test_formats_of_patterns_are_golden),
         cmocka_unit_test(test_formats_are_found_within_their_use_alone),
