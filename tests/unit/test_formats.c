@@ -5,6 +5,7 @@
 #include "api/format/dxf_writer.h"
 #include "api/format/format.h"
 #include "api/format/lcmsim.h"
+#include "api/format/pattern.h"
 #include "api/format/stack.h"
 #include "api/result/fieldset.h"
 #include "api/result/outline.h"
@@ -101,6 +102,25 @@ static struct bytes unzip(const struct bytes *zip, const char *name) {
 }
 
 /* ---- drawings ---- */
+
+/* Zero as a sum of warp and weft points where that sum does on the cloth, whose yarns are square.
+ */
+static void test_pattern_shows_zero_as_before_the_shear(void **state) {
+    static const double sums[][2] = {{1, 0}, {0, 1}, {0, -1}, {1, 2}, {-3, 4}};
+    struct api_start start = {.warp = {1, 0, 0}, .weft = {0.5, sqrt(0.75), 0}};
+    double flat[2];
+    (void)state;
+    for (size_t k = 0; k < sizeof sums / sizeof *sums; k++) {
+        const double length = hypot(sums[k][0], sums[k][1]);
+        start.zero = vec3_axpy(7 * sums[k][0], start.warp, vec3_scale(7 * sums[k][1], start.weft));
+        pattern_flat_zero(&start, flat);
+        check_at_most(fabs(flat[0] - sums[k][0] / length), 1e-14);
+        check_at_most(fabs(flat[1] - sums[k][1] / length), 1e-14);
+    }
+    start.zero = vec3_make(0, 0, 0);
+    pattern_flat_zero(&start, flat);
+    assert_true(flat[0] == 0 && flat[1] == 0);
+}
 
 /* $INSUNITS and $MEASUREMENT as the reference of DXF has them; 0 where it has no such unit. */
 static void test_dxf_says_its_unit(void **state) {
@@ -612,6 +632,26 @@ static void test_formats_lcmsim_is_golden(void **state) {
     }
 }
 
+/* A quadrilateral whose last corner is the first vertex is two triangles as any other. */
+static void test_lcmsim_halves_quadrilaterals_that_end_at_the_first_vertex(void **state) {
+    static const int32_t turned[][4] = {{1, 2, 3, 0}, {1, 4, 2, -1}};
+    struct map_fields fields = small_mesh();
+    struct bytes as_it_is = encode_mesh("lcmsim-h5", &fields);
+    size_t triangles = 0;
+    (void)state;
+    fields.elements = turned;
+    struct bytes zip = encode_case(&fields, 3, 0), mesh = unzip(&zip, "mesh.bdf");
+    for (const char *at = mesh.data; (at = strstr(at, "CTRIA3")); at++)
+        triangles++;
+    assert_int_equal(triangles, 3);
+    struct bytes other = encode_mesh("lcmsim-h5", &fields);
+    assert_int_equal(other.length, as_it_is.length);
+    bytes_free(&as_it_is);
+    bytes_free(&other);
+    bytes_free(&mesh);
+    bytes_free(&zip);
+}
+
 /* Elements at the cap have 1 - cap for a porosity, and Kozeny and Carman's permeability there. */
 static void test_lcmsim_caps_dense_elements(void **state) {
     (void)state;
@@ -631,6 +671,22 @@ static void test_lcmsim_caps_dense_elements(void **state) {
     check_at_most(fabs(capped.k3 / own.k3 / ratio - 1), 1e-14);
     check_at_most(fabs(capped.thickness - 3e-3), 1e-15); /* its own */
     check_at_most(fabs(capped.direction.x - 1), 1e-15);
+}
+
+/* One more than numbers have room for is refused before anything of it is read. */
+static void test_lcmsim_of_too_much_is_refused(void **state) {
+    (void)state;
+    for (int elements = 0; elements < 2; elements++) {
+        struct map_fields fields = small_mesh();
+        struct lcmsim_source source;
+        struct api_problem problem = {0};
+        if (elements)
+            fields.element_count = LCMSIM_NUMBER_MAX / 2 + 1;
+        else
+            fields.vertex_count = (size_t)LCMSIM_NUMBER_MAX + 1;
+        assert_false(lcmsim_open(&source, &fields, 0, &problem));
+        assert_int_equal(problem.id, API_TOO_LARGE);
+    }
 }
 
 static void test_lcmsim_of_nothing_to_fill_is_refused(void **state) {
@@ -779,6 +835,7 @@ static void test_lcmsim_bins_know_no_sign_of_direction(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_pattern_shows_zero_as_before_the_shear),
         cmocka_unit_test(test_dxf_says_its_unit),
         cmocka_unit_test(test_formats_of_results_are_golden),
         cmocka_unit_test(test_formats_of_patterns_are_golden),
@@ -803,7 +860,9 @@ int main(void) {
         cmocka_unit_test(test_formats_lcmsim_says_what_it_lacks),
         cmocka_unit_test(test_lcmsim_fields_are_the_closest_of_eight_characters),
         cmocka_unit_test(test_lcmsim_fields_read_back),
+        cmocka_unit_test(test_lcmsim_halves_quadrilaterals_that_end_at_the_first_vertex),
         cmocka_unit_test(test_lcmsim_caps_dense_elements),
+        cmocka_unit_test(test_lcmsim_of_too_much_is_refused),
         cmocka_unit_test(test_lcmsim_of_nothing_to_fill_is_refused),
         cmocka_unit_test(test_lcmsim_tells_how_far_most_elements_differ),
         cmocka_unit_test(test_lcmsim_bins_are_at_most_125_and_alike),
