@@ -16,7 +16,7 @@
 static const uint64_t SEED = 20261124;
 static const double SAME = 1e-6, SAME_GROWN = 1e-3; /* of a spacing */
 static const double DOMES_MOST = 0.015, PARTS_MOST = 0.02, OVERLAPS_MOST = 0.005,
-                    RINGS_MOST = 0.08; /* that differ */
+                    RINGS_MOST = 0.02; /* that differ */
 static const double GAPS = 4;  /* that a node may be off by, for what a yarn adds up over some */
 static const double MOVED = 4; /* times as far as the whole's when it is moved by: */
 static const double ROUNDING = 1e-13; /* of the size */
@@ -541,6 +541,16 @@ static void test_exact_cut_rings_are_cut_open_both_ways(void **state) {
     check_rings(seeds, sizeof seeds / sizeof *seeds);
 }
 
+/* Rough cells were measured to a share of |K| d^2, in pieces that end on joints: coarse nets, which
+ * shear by up to 90 degrees, differed by 1e-6 to 1e-4 spacings, one of them (20261289) in silence.
+ */
+static void test_exact_cut_rough_cells_of_coarse_nets(void **state) {
+    (void)state;
+    static const uint64_t seeds[] = {20261146, 20261154, 20261171, 20261177, 20261183, 20261273,
+                                     20261289, 20261308, 20261325, 20261344, 20261351};
+    check_rings(seeds, sizeof seeds / sizeof *seeds);
+}
+
 /* Lines of curvature of an ellipsoid close, too, but two of them cross twice: there the net only
  * meets itself, in faces as on the whole. */
 static void test_exact_cut_ellipsoids_are_not_cut_open(void **state) {
@@ -570,7 +580,7 @@ static void test_exact_cut_ellipsoids_are_not_cut_open(void **state) {
     }
 }
 
-/* Of those that differ most are coarse nets of rings, by less than 1e-4 spacings. */
+/* Of those that differ most lack nodes, or have one more, where the net all but collapses. */
 static void test_exact_cut_rings_have_the_net_of_the_whole(void **state) {
     (void)state;
     check_share("rings", RINGS_MOST, cut_ring_is_wrong);
@@ -739,6 +749,7 @@ int main(void) {
         cmocka_unit_test(test_exact_cut_elbows_are_cut_along_a_line_of_curvature),
         cmocka_unit_test(test_exact_cut_ghosts_end_a_turn_beyond_the_cut),
         cmocka_unit_test(test_exact_cut_rings_are_cut_open_both_ways),
+        cmocka_unit_test(test_exact_cut_rough_cells_of_coarse_nets),
         cmocka_unit_test(test_exact_cut_ellipsoids_are_not_cut_open),
         cmocka_unit_test(test_exact_cut_domes_in_halves_and_quarters),
         cmocka_unit_test(test_exact_cut_torus_in_eight_by_eight_faces),
