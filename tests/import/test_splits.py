@@ -25,7 +25,7 @@ GAPS = 4  # tolerances of the edges that a node may be off by beside, for what a
 MOVED = 4  # times as far as the whole's when its start is moved by so much, at least by:
 ROUNDING = 1e-9  # of the part's length
 SURE_DEG = 85  # a net that shears by less is nowhere all but folded
-MOST = 0.15  # of the drapes, that differ: most of them by less than 1e-4 spacings, where coarse cells fold over a joint
+MOST = 0.2  # of the drapes, that differ: most of them by less than 1e-4 spacings, where coarse cells fold over a joint
 SILENT_MOST = 0.03  # of the drapes, that differ and say nothing
 FEW = 2 * len(METHODS)  # two parts that few rounds may meet
 
@@ -46,14 +46,12 @@ def nodes_of(result, turn):
             zip(*(nodes[key] for key in ("i", "j", "x", "y", "z", "grown")))}
 
 
-def turn_of(whole, split):
+def turn_of(whole, split, spacing):
     """-1 where the start's face is turned round: nodes (i, j) of one are (i, -j) of the other."""
-    one, other = (dict(zip(zip(r["nodes"]["i"], r["nodes"]["j"]),
-                           zip(*(r["nodes"][axis] for axis in "xyz")))) for r in (whole, split))
-    for j in (1, -1):
-        if (0, j) in one and (0, j) in other and (0, -j) in other:
-            return 1 if math.dist(one[0, j], other[0, j]) <= math.dist(one[0, j], other[0, -j]) else -1
-    return 1
+    def apart(turn):
+        its = nodes_of(split, turn)
+        return sum(at not in its or math.dist(its[at][0], point) > spacing / 2 for at, (point, _) in whole.items())
+    return min((1, -1), key=apart)
 
 
 class Moves:
@@ -113,7 +111,7 @@ def check_part(folder, row, tally):
         one = nodes_of(whole, 1)
         found = (len(one), 0, 0)
         if split:
-            other = nodes_of(split, turn_of(whole, split))
+            other = nodes_of(split, turn_of(one, split, spacing))
             found = compare(one, other, spacing, gap)
             if differs(*found):
                 moves = Moves(surfaces[0], settings, one, max(gap, ROUNDING * length))
