@@ -215,10 +215,15 @@ study-quality: $(B)/drape ## after a change of searches: how near `optimise` com
 	nice -n 19 tests/bench/study_quality.py $(B) --parts $(PARTS) --examples --nodes $(NODES) \
 		--measure $(MEASURE) --keep $(KEEP)
 
-# Moulds with fillets, against a grid of VARIANTS; other parts as MOULDS="PART.step:FACE".
-VARIANTS ?= 2000
-mould-quality: $(B)/drape $(B)/drape-import $(B)/tests/bench/make_moulds ## after a change of searches: the same on CAD parts
-	nice -n 19 tests/bench/mould_quality.py $(B) $(VARIANTS) $(MOULDS)
+# Parts with fillets, against a grid of VARIANTS; others as CAD="PART.step:FACE".
+VARIANTS ?= 20000
+ROUNDED := 0,1,3,4,6,7,10,11,12,14,15,18,19,20,22,23,25 # all but its bottom and what rounds that
+mould-quality: $(B)/drape $(B)/drape-import $(B)/tests/bench/make_moulds $(B)/tests/import/make_parts ## after a change of searches: the same on CAD parts, against grids
+	@mkdir -p $(B)/moulds $(B)/parts
+	@$(B)/tests/bench/make_moulds $(B)/moulds && $(B)/tests/import/make_parts $(B)/parts >/dev/null
+	nice -n 19 tests/bench/study_quality.py $(B) --parts 0:0 --moulds $(B)/moulds \
+		--cad $(addprefix $(B)/parts/,cover.step:0 pillar.step:0 dome.step:0 rounded.step:$(strip $(ROUNDED))) \
+		$(CAD) --nodes $(NODES) --near 0.5 --measure optimise,brute --brute $(VARIANTS) --keep $(B)/mould_quality
 $(B)/tests/bench/make_moulds: tests/bench/make_moulds.cc | $(B)/.setup-import
 	@mkdir -p $(@D)
 	$(call say,LINK,$@)$(CXX) -std=c++17 -O1 -isystem /usr/include/opencascade -o $@ $< -lTKFillet \

@@ -1,16 +1,19 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""How good the search `optimise` is: on random free-form surfaces and the examples, the best largest
-shear that it finds with 500 variants, against what others find on the same nets.
+"""How good the search `optimise` is: on random free-form surfaces, the examples and CAD parts with fillets,
+the best largest shear that it finds with 500 variants, against what others find on the same nets.
 
   optimise  500 variants, as anybody has it
   long      the best of searches of 1,500, 1,700 and 1,900 variants, each with other starts and angles
   brute     the best of a grid of so many variants (--brute), 46 angles at each of its starts
 
+A CAD part is FILE:FACE, what joins that face smoothly, or FILE:FACE,FACE,.. those faces.
+
 Every figure is written to --keep FILE as it is found, a JSON object a line, and not measured again
 when it is there from the same program: so a run can be stopped and taken up. Then it says of each part by how much the
-search is above the least of all that is known, and in how many it is within 0.1 degrees."""
+search is above the least of all that is known, and in how many it is within --near degrees."""
 import argparse
+import glob
 import hashlib
 import json
 import math
@@ -22,7 +25,6 @@ import sys
 EXAMPLES = ["freeform", "octant", "saddle", "torus", "hemisphere", "tray"]
 BUDGET = 500
 LONG = [1500, 1700, 1900]
-NEAR = 0.1  # degrees
 
 
 def drape_tool(build, document, fields):
@@ -69,10 +71,26 @@ def random_surface(number):
             "knotvector_v": [0, 0, 0, 0, 0.4, 0.7, 1, 1, 1, 1], "control_points": points}
 
 
+def cad_surface(part):
+    path, faces = part.rsplit(":", 1)
+    faces = [int(face) for face in faces.split(",")]
+    return {"file": os.path.abspath(path),
+            **({"faces": faces} if len(faces) > 1 else {"grow_from": faces[0]})}
+
+
+def top_of(build, path):
+    """The highest plane face of a mould; all that joins it smoothly is the tool side."""
+    done = subprocess.run([f"{build}/drape-import", "--list", path], capture_output=True, text=True)
+    planes = [face for face in json.loads(done.stdout)["faces"] if face["kind"] == "plane"]
+    return max(planes, key=lambda face: (round(face["bounding_box"][0][2], 3), face["area"]))["index"]
+
+
 def request(build, part, nodes):
     """The drape request of a part, with the spacing that gives about as many nodes."""
     if part.startswith("random "):
         drape = {"surface": random_surface(int(part.split()[1])), "fabric": {"spacing": 0.05}}
+    elif ":" in part:
+        drape = {"surface": cad_surface(part), "fabric": {"spacing": 8}}
     else:
         with open(f"api/examples/{part}.json", encoding="utf-8") as file:
             drape = json.load(file)
@@ -99,12 +117,12 @@ def read_kept(path, program):
     return kept
 
 
-def report(kept, parts, nodes):
+def report(kept, parts, nodes, near):
     above, lower = {}, {}
     for part in parts:
         own = {what: kept[part, nodes, what]["shear"] for what in ("optimise", "long", "brute")
                if (part, nodes, what) in kept}
-        print(f"{part:12}", *(f"{what} {shear:8.4f}" for what, shear in own.items()))
+        print(f"{os.path.basename(part)[:20]:20}", *(f"{what} {shear:8.4f}" for what, shear in own.items()))
         for what in own.keys() - {"optimise"} if "optimise" in own else ():
             above.setdefault(what, []).append(own["optimise"] - own[what])
         if len(own) > 1 and "optimise" in own:
@@ -113,7 +131,7 @@ def report(kept, parts, nodes):
             name = "long" if own["long"] <= own["brute"] else "brute"
             lower[name] = lower.get(name, 0) + 1
     for than, by in sorted(above.items()):
-        print(f"within {NEAR} degrees of {than}, or below: {sum(x <= NEAR for x in by)} of {len(by)}; "
+        print(f"within {near} degrees of {than}, or below: {sum(x <= near for x in by)} of {len(by)}; "
               f"above by {max(by):.4f} degrees at the most, "
               f"{sum(max(x, 0) for x in by) / len(by):.4f} on the mean")
     if lower:
@@ -125,6 +143,9 @@ def main():
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build")
     parser.add_argument("--parts", default="0:20", help="numbers of random parts, FIRST:END (0:20)")
+    parser.add_argument("--cad", nargs="*", default=[], help="and these CAD parts, FILE:FACES")
+    parser.add_argument("--moulds", default="", help="and all of this folder, from the highest plane face")
+    parser.add_argument("--near", type=float, default=0.1, help="degrees (0.1)")
     parser.add_argument("--examples", action="store_true", help="and the examples")
     parser.add_argument("--nodes", type=int, default=900, help="of a net (900)")
     parser.add_argument("--measure", default="optimise,long", help="optimise,long,brute")
@@ -132,7 +153,9 @@ def main():
     parser.add_argument("--keep", default=os.devnull, help="figures known, and to be known")
     given = parser.parse_args()
     first, end = map(int, given.parts.split(":"))
-    parts = [f"random {k}" for k in range(first, end)] + (EXAMPLES if given.examples else [])
+    moulds = sorted(glob.glob(os.path.join(given.moulds, "*.step"))) if given.moulds else []
+    parts = ([f"random {k}" for k in range(first, end)] + (EXAMPLES if given.examples else []) +
+             given.cad + [f"{path}:{top_of(given.build, path)}" for path in moulds])
     program = digest_of(f"{given.build}/drape")
     kept = read_kept(given.keep, program)
     with open(given.keep, "a", encoding="utf-8") as file:
@@ -144,7 +167,7 @@ def main():
                        **measure(given.build, drape, what, given.brute)}
                 kept[part, given.nodes, what] = one
                 print(json.dumps(one), file=file, flush=True)
-    report(kept, parts, given.nodes)
+    report(kept, parts, given.nodes, given.near)
 
 
 main()
