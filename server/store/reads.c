@@ -315,7 +315,6 @@ static bool altered_known(struct store *store, int64_t number) {
 
 enum store_answer store_result_find(struct store *store, const char *id,
                                     struct store_result *result) {
-    memset(result, 0, sizeof *result);
     struct query query =
         begin_read(store, "SELECT r.number, r.length, r.job, r.token,"
                           " r.owner = j.owner AND r.digest = j.digest"

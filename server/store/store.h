@@ -496,7 +496,8 @@ struct store_result {
     int64_t job, token; /* what wrote it */
 };
 
-/* The result of a succeeded job. STORE_EMPTY: no such job, not succeeded, or expired. */
+/* The result of a succeeded job, filled with STORE_OK alone. STORE_EMPTY: no such job, not
+ * succeeded, or expired. */
 enum store_answer store_result_find(struct store *store, const char *id,
                                     struct store_result *result) STORE_MUST_USE;
 

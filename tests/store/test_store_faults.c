@@ -6,6 +6,8 @@
  */
 #include "faulty_vfs.h"
 #include "scratch.h"
+#include "server/clock.h"
+#include "server/store/sqlite/db.h"
 #include "tests/check.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -245,6 +247,38 @@ static void test_store_open_survives_every_io_error(void **state) {
     scratch_remove(&scratch);
 }
 
+/* Who waited in vain for the lock of another process does so once: then writes fail at once, until
+ * the lock is free. */
+static void test_store_waits_for_a_lock_once(void **state) {
+    enum { BUSY_MS = 1000, TRIES = 3 };
+    struct scratch scratch;
+    struct store_receipt receipt;
+    const struct store_submission submission = {
+        .request = "r", .request_length = 1, .digest = "digest"};
+    int64_t took[TRIES];
+    char id[ID_SIZE], why[STORE_WHY_SIZE] = "";
+    (void)state;
+    scratch_make(&scratch);
+    scratch.options.busy_ms = BUSY_MS;
+    scratch_start(&scratch);
+    scratch_submit(&scratch, "first", id);
+    struct db *other = db_open(scratch.path, BUSY_MS, why);
+    assert_non_null(other);
+    assert_int_equal(db_script(other, "BEGIN IMMEDIATE"), STORE_OK);
+    for (int k = 0; k < TRIES; k++) {
+        took[k] = -clock_ms();
+        assert_int_equal(store_submit(scratch.store, &submission, &receipt), STORE_BUSY);
+        took[k] += clock_ms();
+    }
+    assert_int_equal(db_script(other, "ROLLBACK"), STORE_OK);
+    db_close(other);
+    scratch_submit(&scratch, "second", id);
+    check_at_least(took[0], BUSY_MS * 0.8);
+    check_at_most(took[1], BUSY_MS / 2);
+    check_at_most(took[2], BUSY_MS / 2);
+    scratch_remove(&scratch);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_store_tells_the_truth_on_an_io_error),
@@ -252,6 +286,7 @@ int main(void) {
         cmocka_unit_test(test_store_tells_the_truth_when_a_write_finds_no_space),
         cmocka_unit_test(test_store_tells_the_truth_on_a_full_disk),
         cmocka_unit_test(test_store_open_survives_every_io_error),
+        cmocka_unit_test(test_store_waits_for_a_lock_once),
     };
     faulty_install();
     return cmocka_run_group_tests_name("store faults", tests, NULL, NULL);

@@ -440,6 +440,30 @@ static void test_postgres_tells_other_processes(void **state) {
     scratch_stop(&other);
 }
 
+/* What was received is not passed back: of a job that is submitted two processes say one or two
+ * words, the queue's, and then nothing. */
+static void test_postgres_does_not_echo_what_it_is_told(void **state) {
+    struct scratch *scratch = *state;
+    size_t words = 0;
+    char id[ID_SIZE];
+    PGnotify *received;
+    scratch_start(scratch);
+    struct scratch other = *scratch;
+    scratch_start(&other);
+    PGconn *listener = PQconnectdb(scratch_cluster.url);
+    PQclear(PQexec(listener, "LISTEN draped"));
+    assert_int_equal(PQstatus(listener), CONNECTION_OK);
+    scratch_submit(scratch, "a", id);
+    for (int64_t until = clock_ms() + 500; clock_ms() < until; scratch_sleep(20)) {
+        assert_int_equal(PQconsumeInput(listener), 1);
+        for (; (received = PQnotifies(listener)); PQfreemem(received), words++)
+            assert_string_not_equal(received->extra, "");
+    }
+    PQfinish(listener);
+    assert_in_range(words, 1, 4);
+    scratch_stop(&other);
+}
+
 /* ------------------------------------------------------------------ a pooler by the transaction */
 
 static void write_text(const char *folder, const char *name, const char *text) {
@@ -532,6 +556,7 @@ int main(void) {
         WITH_DATABASE(test_postgres_leases_go_by_the_clock_of_the_database),
         WITH_DATABASE(test_postgres_no_transaction_is_open_while_a_job_runs),
         WITH_DATABASE(test_postgres_tells_other_processes),
+        WITH_DATABASE(test_postgres_does_not_echo_what_it_is_told),
         WITH_DATABASE(test_postgres_works_behind_a_pooler),
     };
     return cmocka_run_group_tests_name("store postgres", tests, scratch_start_cluster,
