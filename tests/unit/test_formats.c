@@ -10,6 +10,7 @@
 #include "api/result/fieldset.h"
 #include "api/result/outline.h"
 
+#include "mesh_text.h"
 #include "small.h"
 #include "tests/check.h"
 #include <math.h>
@@ -396,6 +397,39 @@ static void test_formats_lims_is_golden(void **state) {
 }
 
 /* ---- decks ---- */
+
+/* Meshes with sets are read as they were written, by the readers of such files. */
+static void test_formats_of_meshes_are_read_back(void **state) {
+    enum { ELEMENTS = 7 };
+    static const int32_t pids[ELEMENTS] = {1, 1, 2, 1, 2, 1, 1};
+    static const struct map_set sets[] = {{"SKIN", 1}, {"edge", 2}, {"nowhere", 9}};
+    static const struct {
+        const char *format;
+        mesh_reader *read;
+    } rows[] = {{"gmsh", map_target_gmsh}, {"unv", map_target_universal}};
+    (void)state;
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        struct map_fields fields = small_strip(ELEMENTS, 10);
+        struct arena *arena = arena_new((size_t)1 << 26);
+        fields.pids = pids;
+        fields.sets = sets;
+        fields.set_count = 3;
+        struct bytes text = encode_mesh(rows[k].format, &fields);
+        struct map_target mesh = mesh_text_good(rows[k].read, text.data, arena);
+        assert_int_equal(mesh.vertex_count, fields.vertex_count);
+        assert_int_equal(mesh.element_count, ELEMENTS);
+        assert_memory_equal(mesh.elements, fields.elements, ELEMENTS * sizeof *mesh.elements);
+        assert_memory_equal(mesh.pids, pids, sizeof pids);
+        for (size_t v = 0; v < mesh.vertex_count; v++)
+            assert_true(vec3_distance(mesh.vertices[v], fields.vertices[v]) < 1e-9);
+        assert_non_null(mesh.warning);
+        assert_non_null(strstr(mesh.warning, "properties: 1 SKIN, 2 edge"));
+        assert_null(strstr(mesh.warning, "nowhere"));
+        bytes_free(&text);
+        small_strip_free(&fields);
+        arena_free(arena);
+    }
+}
 
 static const char *const decks[] = {"nastran", "optistruct", "radioss",
                                     "lsdyna",  "abaqus",     "calculix"};
@@ -851,6 +885,7 @@ int main(void) {
         cmocka_unit_test(test_formats_lcmsim_h5_is_golden),
         cmocka_unit_test(test_formats_compost_is_golden),
         cmocka_unit_test(test_formats_lims_is_golden),
+        cmocka_unit_test(test_formats_of_meshes_are_read_back),
         cmocka_unit_test(test_formats_of_decks_are_golden),
         cmocka_unit_test(test_formats_of_decks_say_what_they_cannot_hold),
         cmocka_unit_test(test_formats_hold_what_is_asked_or_name_one_that_does),
