@@ -398,6 +398,39 @@ static void test_formats_lims_is_golden(void **state) {
 
 /* ---- decks ---- */
 
+/* A, B and D are stiffness by the first, second and third power of the length: the same numbers in
+ * another unit are others by its powers. */
+static void test_format_abd_is_in_units_of_metres(void **state) {
+    static const struct lamina carbon = {110e9, 6e9, 0.3, 2e9};
+    const struct map_ply_kind kinds[] = {{1, carbon}, {0.6, carbon}};
+    double values[2][3 * LAMINA_ENTRIES];
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        struct map_fields fields = small_stack();
+        struct map_plies plies = *fields.plies;
+        struct api_unit unit = *fields.unit;
+        unit.metres = k ? 1e-3 : 1;
+        plies.kinds = kinds;
+        fields.plies = &plies;
+        fields.unit = &unit;
+        struct bytes text = encode_mesh("abd", &fields);
+        const char *at = strstr(text.data, "\n17,");
+        assert_non_null(at);
+        at += 3;
+        for (int n = 0; n < 3 * LAMINA_ENTRIES; n++) {
+            char *end;
+            assert_int_equal(*at, ',');
+            values[k][n] = strtod(at + 1, &end);
+            at = end;
+        }
+        bytes_free(&text);
+    }
+    for (int n = 0; n < 3 * LAMINA_ENTRIES; n++)
+        check_at_most(fabs(values[1][n] - values[0][n] * pow(1e-3, 1 + n / LAMINA_ENTRIES)),
+                      1e-12 * fabs(values[1][0]));
+    check_above(values[0][0], 1e9);
+}
+
 /* Meshes with sets are read as they were written, by the readers of such files. */
 static void test_formats_of_meshes_are_read_back(void **state) {
     enum { ELEMENTS = 7 };
@@ -885,6 +918,7 @@ int main(void) {
         cmocka_unit_test(test_formats_lcmsim_h5_is_golden),
         cmocka_unit_test(test_formats_compost_is_golden),
         cmocka_unit_test(test_formats_lims_is_golden),
+        cmocka_unit_test(test_format_abd_is_in_units_of_metres),
         cmocka_unit_test(test_formats_of_meshes_are_read_back),
         cmocka_unit_test(test_formats_of_decks_are_golden),
         cmocka_unit_test(test_formats_of_decks_say_what_they_cannot_hold),
