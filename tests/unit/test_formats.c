@@ -740,6 +740,22 @@ static void test_lcmsim_caps_dense_elements(void **state) {
     check_at_most(fabs(capped.direction.x - 1), 1e-15);
 }
 
+/* More than a piece of the archive holds, packed: nothing is lost between pieces. */
+static void test_lcmsim_of_many_elements_is_whole(void **state) {
+    enum { MANY = 20000 };
+    struct map_fields fields = small_strip(MANY, 1);
+    struct bytes zip = encode_case(&fields, 3, 0), mesh = unzip(&zip, "mesh.bdf");
+    size_t triangles = 0;
+    (void)state;
+    for (const char *at = mesh.data; (at = strstr(at, "CTRIA3")); at++)
+        triangles++;
+    assert_int_equal(triangles, 2 * MANY);
+    assert_memory_equal(mesh.data + mesh.length - 8, "ENDDATA\n", 8);
+    bytes_free(&mesh);
+    bytes_free(&zip);
+    small_strip_free(&fields);
+}
+
 /* One more than numbers have room for is refused before anything of it is read. */
 static void test_lcmsim_of_too_much_is_refused(void **state) {
     (void)state;
@@ -931,6 +947,7 @@ int main(void) {
         cmocka_unit_test(test_lcmsim_fields_read_back),
         cmocka_unit_test(test_lcmsim_halves_quadrilaterals_that_end_at_the_first_vertex),
         cmocka_unit_test(test_lcmsim_caps_dense_elements),
+        cmocka_unit_test(test_lcmsim_of_many_elements_is_whole),
         cmocka_unit_test(test_lcmsim_of_too_much_is_refused),
         cmocka_unit_test(test_lcmsim_of_nothing_to_fill_is_refused),
         cmocka_unit_test(test_lcmsim_tells_how_far_most_elements_differ),
