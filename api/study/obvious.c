@@ -78,7 +78,7 @@ static enum status find_planes(const struct api_study *study, struct plane plane
                                size_t *found) {
     const struct study_part *part = &study->part;
     struct part_point *points, image;
-    struct vec3 middle = {0, 0, 0}, axes[6];
+    struct vec3 middle = {0, 0, 0}, axes[6] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     size_t count;
     *found = 0;
     enum status status =
@@ -94,8 +94,6 @@ static enum status find_planes(const struct api_study *study, struct plane plane
         (void)trim_area(g->trim, &middle);
     else
         (void)surface_area(g->surface, &middle);
-    for (int k = 0; k < 3; k++)
-        axes[k] = vec3_make(k == 0, k == 1, k == 2);
     principal_axes(points, count, middle, axes + 3);
     for (int k = 0; k < 6 && *found < PLANES_MOST; k++) {
         const struct plane plane = {middle, axes[k]};
