@@ -57,13 +57,14 @@ static void test_optimise_goes_over_the_faces_of_a_shell(void **state) {
 
 /* On a roof of two planes no yarn is sheared, wherever it starts: the search ends when it has
  * looked everywhere. With something to find, here less waste, as an objective or a limit that none
- * keeps, it has all of its budget. */
+ * keeps or that some miss by little, it has all of its budget. */
 static void test_optimise_ends_where_all_are_as_good(void **state) {
     static const char *const more[] = {"]", ",\"waste_area\"]",
-                                       "],\"limits\":{\"waste_area\":{\"max\":1e-9}}"};
+                                       "],\"limits\":{\"waste_area\":{\"max\":1e-9}}",
+                                       "],\"limits\":{\"waste_area\":{\"max\":0.5}}"};
     char rest[300];
     (void)state;
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < 4; k++) {
         snprintf(
             rest, sizeof rest,
             "\"vary\":{\"start\":{\"grid\":9},\"angle_deg\":{\"from\":0,\"to\":80,\"step\":10}},"
