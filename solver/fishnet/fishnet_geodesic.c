@@ -137,6 +137,12 @@ static bool crosses_rightly(const struct fishnet_cell *cell, const struct meetin
     return cell->orientation * vec3_dot(cross, m->ray[0].end.normal) > 0;
 }
 
+/* Whether the yarns cross the other way before and after a step, and so after a smaller one. */
+static bool stay_crossed(const struct fishnet_cell *cell, const struct meeting *before,
+                         const struct meeting *after) {
+    return !crosses_rightly(cell, before) && !crosses_rightly(cell, after);
+}
+
 /* What a Newton step is wrong by, as a share of it: by the step itself, and by what the Jacobi
  * field leaves out, where curvature changes and where there is much of it. */
 static double newton_error(const struct ray *ray, double step) {
@@ -292,7 +298,8 @@ static enum fishnet_end approach_by(const struct surface *surface, struct surfac
         bool followed = shoot_both(cursor, &next, &node->tried);
         double closer = followed ? vec3_norm(next.gap) / to.least : HUGE_VAL;
         m->astray = next.astray;
-        if (m->astray)
+        m->stalled = !chords && closer < to.gap && stay_crossed(cell, m, &next);
+        if (m->astray || m->stalled)
             break;
         bool right = closer < to.gap && (chords ? fishnet_right_root(cell, &next.ray[0].end)
                                                 : crosses_rightly(cell, &next));
