@@ -279,6 +279,14 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
             !grazes_joint(march, k ? cell->c : cell->b, yarns.start[k], &node->point, d[k]))
             end = FISHNET_NO_CONVERGENCE;
     }
+    /* Where the cell shears much, steps from the yarns at A may lead astray. */
+    if (end == FISHNET_NO_CONVERGENCE && geodesic && found) {
+        *node = chords;
+        if (fishnet_length_meet(&march->cursor, cell, d[0], d[1], rough_accuracy[0], &yarns,
+                                node) &&
+            !lies_over_joint(march, &node->point))
+            end = FISHNET_FOUND;
+    }
     if (end == FISHNET_FOUND)
         march_note_edges(march, at, yarns.start, yarns.end);
     return end;
