@@ -95,6 +95,18 @@ static void scale_step(double step[2], double share) {
     step[1] *= share;
 }
 
+/* Where no step reduces an error of less than this share of an edge beyond the domain, it is
+ * rounding of the continuation, whose polynomials cancel far out. */
+static const double hidden_by_rounding = 1e-6;
+
+/* Back to the last place that reduced the error: a root but for rounding. */
+static bool is_root_but_for_rounding(const struct surface *surface, struct surface_cursor *cursor,
+                                     const double uv[2], double error, struct fishnet_node *node) {
+    node->residual = error;
+    return error <= hidden_by_rounding && surface_point_at(surface, cursor, uv, &node->point) &&
+           surface_point_is_beyond(&node->point, 0);
+}
+
 /* Newton from uv; a step that does not reduce the error is halved. */
 static bool find_root(const struct surface *surface, struct surface_cursor *cursor,
                       const struct fishnet_cell *cell, const double uv[2],
@@ -108,6 +120,7 @@ static bool find_root(const struct surface *surface, struct surface_cursor *curs
     double previous = HUGE_VAL, step[2] = {0, 0}, from[2] = {uv[0], uv[1]};
     struct surface_point *point = &node->point;
     struct vec3 b = cell->b->jet.r, c = cell->c->jet.r, from_r = c;
+    const struct surface *from_surface = surface;
     struct corner d; /* member by member: clearing all of it takes as long as a step */
     d.bd = cell->bd;
     d.cd = cell->cd;
@@ -140,6 +153,7 @@ static bool find_root(const struct surface *surface, struct surface_cursor *curs
             from[0] = point->uv[0];
             from[1] = point->uv[1];
             from_r = point->jet.r;
+            from_surface = surface;
             double size2 = spatial_size2(&point->jet, step);
             share2 = size2 / (least * least);
             if (size2 > longest * longest) {
@@ -148,7 +162,7 @@ static bool find_root(const struct surface *surface, struct surface_cursor *curs
             }
         } else {
             if (++halvings > HALVINGS_MAX)
-                return false;
+                return is_root_but_for_rounding(from_surface, cursor, from, previous, node);
             scale_step(step, 0.5);
             share2 = 0;
             point->uv[0] = from[0];
