@@ -36,7 +36,7 @@ struct curvature_line {
     double (*uv)[2];
     struct vec3 *r;
     size_t count, used, room; /* pieces, places, and room for both */
-    double gone, bend;        /* its length so far, and about how far it turns to the normal */
+    double gone;              /* its length so far */
 };
 
 /* The directions of principal curvature, where these differ. */
@@ -145,7 +145,6 @@ static bool follow_step(struct curvature_line *line, bool *ends) {
     line->at = to;
     line->along = along;
     line->gone += line->step;
-    line->bend += line->step * surface_point_normal_curvature(&line->at, along);
     return keep_place(line);
 }
 
@@ -318,13 +317,12 @@ enum status curvature_cut_make(const struct surface_point *start, double step, d
 }
 
 /* Half way round the line through the start that sets off along `along`, with shorter steps, whose
- * error is that of the place; and how far it turns towards the normal. */
+ * error is that of the place. */
 static bool follow_half_round(const struct surface_point *start, struct vec3 along, double step,
-                              double most, struct curvature_line *line, double *bend) {
+                              double most, struct curvature_line *line) {
     const struct curvature_line begin = {.at = *start, .along = along, .step = step / FINER};
     *line = begin;
     double round = follow_round(line, most);
-    *bend = line->bend;
     *line = begin;
     bool found = round > 0 && follow_length(line, round / 2);
     line->step = step;
@@ -340,17 +338,14 @@ enum status curvature_cut_rings(const struct surface_point *start, double step, 
         return STATUS_OK;
     for (int k = 0; k < 2; k++) {
         struct curvature_line line;
-        double bend;
-        if (!follow_half_round(start, principal[k], step, most, &line, &bend) ||
+        if (!follow_half_round(start, principal[k], step, most, &line) ||
             !principal_near(&line.at, vec3_cross(line.at.normal, line.along), &line.along))
             break;
         if (!make_line_room(&line, most, arena))
             return STATUS_OUT_OF_MEMORY;
-        line.bend = bend;
         if (!begin_piece(&line, false) || !(follow_round(&line, most) > 0))
             break;
-        cut[k] =
-            (struct curvature_cut){.pieces = line.pieces, .count = line.count, .bend = line.bend};
+        cut[k] = (struct curvature_cut){.pieces = line.pieces, .count = line.count};
     }
     cut[0].count = cut[1].count > 0 ? cut[0].count : 0;
     return STATUS_OK;

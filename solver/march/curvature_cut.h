@@ -17,7 +17,6 @@ struct curvature_cut {
     struct shell_slit_piece beyond[2]; /* before and after them, on the faces' continuation */
     struct vec3 opposite;              /* the place opposite the start */
     double girth;                      /* the length of that section */
-    double bend;                       /* of `curvature_cut_rings` */
 };
 
 /* The line, in an arena, with places `step` apart, a small share of the girth. There is none where
@@ -31,8 +30,7 @@ enum status curvature_cut_make(const struct surface_point *start, double step, d
 /* The lines of curvature along which a shell that closes both ways is cut open, in an arena: each
  * through the place half way round the line of the other family through the start, and back to
  * there. Only their pieces are set, `count` 0 for both where a line does not come back within the
- * length `most`; and `bend`, about the angle by which the line and that half turn towards the
- * normal: of a torus, whose normals point outwards, -4 pi in both together. Errors as above. */
+ * length `most`. Errors as above. */
 enum status curvature_cut_rings(const struct surface_point *start, double step, double most,
                                 struct arena *arena, struct curvature_cut cut[2]) STATUS_MUST_USE;
 

@@ -93,8 +93,8 @@ struct march_cut {
                                          it is not cut */
     double centre[2];                 /* closed directions are cut half a turn from there */
     bool passed;                      /* the net now goes on over the cuts */
-    bool inward;                      /* normals of a shell that has both point into it: the net's
-                                         order is that of its mirror image, seen from outside */
+    bool inward; /* the surface bends to the side of its normal at the start: the net's order is
+                    that of its mirror image, so that it does not follow from where normals point */
 };
 
 struct cuts;

@@ -441,11 +441,20 @@ static enum status open_both_ways(struct march *march) {
                                                .reach = fmax(reach, step)};
         status = shell_slit_make(shell, &lines, march->arena, &slit[k]);
     }
-    if (status == STATUS_OK && slit[1] && count_crossings(slit[0], &line[1]) == 1) {
+    if (status == STATUS_OK && slit[1] && count_crossings(slit[0], &line[1]) == 1)
         memcpy(march->cut.slit, slit, sizeof slit);
-        march->cut.inward = line[0].bend + line[1].bend > 0;
-    }
     return status;
+}
+
+/* A surface of a smaller mean curvature, by the spacing, is flat: its sign is rounding. */
+static const double flat_bend = 1e-6;
+
+/* Whether the surface bends to the side of its normal, by its mean curvature
+ * (E N - 2 F M + G L) / (2 (E G - F^2)). */
+static bool bends_inward(const struct surface_point *point, double d) {
+    const double *first = point->first, *second = point->second;
+    double bend = first[0] * second[2] - 2 * first[1] * second[1] + first[2] * second[0];
+    return bend * d > 2 * flat_bend * (first[0] * first[2] - first[1] * first[1]);
 }
 
 /* A closed direction of one face is cut opposite the start; one that the trims leave bare somewhere
@@ -453,6 +462,7 @@ static enum status open_both_ways(struct march *march) {
 enum status march_open(struct march *march) {
     const struct surface *surface = march->surface;
     const struct trim *trim = march->trim;
+    march->cut.inward = bends_inward(&march->start.point, march->settings->spacing[0]);
     if (surface->shell)
         return shell_is_closed(surface->shell, surface->face) ? open_both_ways(march)
                                                               : open_tube(march);
