@@ -68,9 +68,11 @@ struct quadrant {
 /* Whether the next place of a row is the fourth corner of a cell without a cut in it. */
 static inline bool quadrant_has_cell(const struct quadrant_row *below,
                                      const struct quadrant_row *row) {
+    if (!row->lacks)
+        return true;
     const uint8_t *own = row->lacks + row->count, *under = below->lacks + row->count;
-    return !row->lacks || (!(own[-1] & (LACKS_ALL | LACKS_BELOW)) && !(under[-1] & LACKS_ALL) &&
-                           !(under[0] & (LACKS_ALL | LACKS_BEFORE)));
+    return !(own[-1] & (LACKS_ALL | LACKS_BELOW)) && !(under[-1] & LACKS_ALL) &&
+           !(under[0] & (LACKS_ALL | LACKS_BEFORE));
 }
 
 /* The next place of a row rests on that of the row below. */
