@@ -2,6 +2,27 @@
 #include "encode.h"
 
 #include "api/format/format.h"
+#include <string.h>
+
+const struct api_limits fuzz_limits = {.max_nodes = 300,
+                                       .max_memory = 1 << 26,
+                                       .max_elements = 2000,
+                                       .max_control_points = 100,
+                                       .max_depth = 16,
+                                       .threads = 1,
+                                       .max_variants = 200};
+
+bool fuzz_append(void *context, const void *bytes, size_t length) {
+    struct fuzz_bytes *all = context;
+    if (all->size + length > all->capacity) {
+        all->capacity = 2 * all->capacity + length;
+        all->data = realloc(all->data, all->capacity);
+        FUZZ_PROMISE(all->data != NULL);
+    }
+    memcpy(all->data + all->size, bytes, length);
+    all->size += length;
+    return true;
+}
 
 static void encode_one(const struct format *format, const struct api_reader *reader, bool sound) {
     static char piece[4096];

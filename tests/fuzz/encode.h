@@ -1,14 +1,26 @@
 /* SPDX-License-Identifier: MIT */
-/* A result container in memory, sound or not. */
+/* What whole jobs are given and give. */
 #ifndef TESTS_FUZZ_ENCODE_H
 #define TESTS_FUZZ_ENCODE_H
 
 #include "fuzz.h"
 
+#include "api/limits.h"
 #include <stdbool.h>
 
-/* Encodes the container in every format; aborts when a `sound` one is refused, or when an encoder
- * gives another length than it promised. */
+/* Tiny budgets. */
+extern const struct api_limits fuzz_limits;
+
+struct fuzz_bytes {
+    uint8_t *data; /* the caller's, to be freed */
+    size_t size, capacity;
+};
+
+/* The `write` of a sink whose context is a `struct fuzz_bytes`. */
+bool fuzz_append(void *context, const void *bytes, size_t length);
+
+/* Encodes a result container, sound or not, in every format; aborts when a `sound` one is refused,
+ * or when an encoder gives another length than it promised. */
 void encode_all(const uint8_t *data, size_t size, bool sound);
 
 #endif

@@ -10,7 +10,7 @@ shift 2
 failed=0
 for name in "$@"; do
     mkdir -p "$build/corpus/$name"
-    "$build/tests/fuzz/run_$name" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=1024 \
+    "$build/tests/fuzz/run_$name" -max_total_time="$seconds" -timeout=30 -rss_limit_mb=1024 \
         -max_len=16384 -print_final_stats=1 -artifact_prefix="$build/$name-" \
         "$build/corpus/$name" "tests/fuzz/corpus/$name" >"$build/$name.log" 2>&1
     status=$?

@@ -1,18 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /* Any bytes as a drape request, and as a surface; what was understood is written down and must be
  * understood again. */
-#include "fuzz.h"
+#include "encode.h"
 
 #include "api/request/decode.h"
 #include "api/request/digest.h"
 #include "api/request/normalise.h"
 #include "api/run.h"
 #include <string.h>
-
-enum { BUDGET = 1 << 24 };
-
-static const struct api_limits limits = {
-    .max_nodes = 1000, .max_memory = BUDGET, .max_elements = 5000, .max_depth = 32, .threads = 1};
 
 static void expect_consistent(enum api_problem_id id, const struct api_problem *problem) {
     FUZZ_PROMISE(id == problem->id);
@@ -34,7 +29,7 @@ static void expect_round_trip(const struct api_request *request, struct arena *a
     if (!text || !api_digest_request(request, arena, first))
         return; /* out of memory */
     const struct api_input input = {.request = text, .request_length = strlen(text)};
-    enum api_problem_id id = api_decode(&input, &limits, arena, &again, &problem);
+    enum api_problem_id id = api_decode(&input, &fuzz_limits, arena, &again, &problem);
     if (id == API_OUT_OF_MEMORY || id == API_TOO_LARGE)
         return;
     FUZZ_PROMISE(id == API_OK);
@@ -49,14 +44,14 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     struct api_problem problem = {0};
     if (!prepared)
         prepared = api_prepare();
-    struct arena *arena = arena_new(BUDGET);
+    struct arena *arena = arena_new(fuzz_limits.max_memory);
     const struct api_input input = {.request = (const char *)data, .request_length = size};
-    enum api_problem_id id = api_decode(&input, &limits, arena, &request, &problem);
+    enum api_problem_id id = api_decode(&input, &fuzz_limits, arena, &request, &problem);
     expect_consistent(id, &problem);
     if (id == API_OK)
         expect_round_trip(&request, arena);
     problem = (struct api_problem){0};
-    id = api_decode_surface((const char *)data, size, &limits, arena, &surface, &problem);
+    id = api_decode_surface((const char *)data, size, &fuzz_limits, arena, &surface, &problem);
     expect_consistent(id, &problem);
     arena_free(arena);
     return 0;

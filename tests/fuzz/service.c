@@ -2,7 +2,7 @@
 #include "service.h"
 
 #include "api/run.h"
-#include "fuzz.h"
+#include "encode.h"
 #include "server/config.h"
 #include "server/job_events.h"
 #include "server/log.h"
@@ -44,16 +44,10 @@ static bool write_result(void *writer, const void *bytes, size_t length) {
 
 static void solve(const struct store_claim *claim) {
     const struct api_input input = {.request = request, .request_length = sizeof request - 1};
-    const struct api_limits limits = {.max_nodes = 300,
-                                      .max_memory = BUDGET,
-                                      .max_elements = 500,
-                                      .max_control_points = 100,
-                                      .max_depth = 16,
-                                      .threads = 1};
     struct store_writer *writer = store_writer_new(services.store, claim);
     const struct api_sink sink = {.write = write_result, .context = writer};
     struct api_problem problem = {0};
-    FUZZ_PROMISE(api_run(&input, &limits, NULL, &sink, &problem) == API_OK);
+    FUZZ_PROMISE(api_run(&input, &fuzz_limits, NULL, &sink, &problem) == API_OK);
     FUZZ_PROMISE(store_writer_commit(writer, "{}") == STORE_OK);
     store_writer_free(writer);
 }
