@@ -224,7 +224,11 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
         return refuse_no_cell(&request, part, monitor, result.summary.part_area, arena, problem);
     /* Faces by their numbers in the request's surface, where the shell has a part of them. */
     const int32_t *numbers = prepared.shell.numbers;
+    struct shell_apart apart = {.distance = HUGE_VAL};
     if (prepared.shell.shell) {
+        if (shell_nearest_apart(part->shell, result.start_face, arena, &apart) != STATUS_OK)
+            return api_problem_no_memory(problem, "the drape");
+        apart.face = numbers[apart.face];
         result.start_face = numbers[result.start_face];
         for (size_t k = 0; result.nodes.face && k < result.nodes.count; k++)
             result.nodes.face[k] = numbers[result.nodes.face[k]];
@@ -234,7 +238,7 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
     size_t components = part->mesh    ? part->mesh->component_count
                         : part->shell ? shell_component_count(part->shell)
                                       : 1;
-    const struct warnings_subject subject = {&request, &result, &prepared, components};
+    const struct warnings_subject subject = {&request, &result, &prepared, components, &apart};
     struct api_fields fields;
     struct api_columns header;
     make_header(&request, &result, part->shell, &header);

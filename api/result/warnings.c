@@ -239,7 +239,19 @@ static void check_components(const struct warnings_subject *s, struct api_summar
             reached = reached || rim->covered[first];
         loops += !reached;
     }
-    if (s->components > 1)
+    const struct shell_apart *apart = s->apart;
+    char title[API_FACE_TITLE_SIZE], way[40] = "overlaps it";
+    if (apart->distance < s->request->settings.spacing[0]) {
+        double tolerance = shell_tolerance(s->prepared->shell.shell);
+        prepared_shell_face_title(&s->request->surface, apart->face, title);
+        if (apart->distance > tolerance)
+            snprintf(way, sizeof way, "is %.3g from it", apart->distance);
+        warnings_add(&summary->warnings, "components", "/surface",
+                     "the surface has %zu pieces that are not connected; the net is on that of the "
+                     "start. Face %s %s at (%.4g, %.4g, %.4g): edges that differ by more than the "
+                     "tolerance, %.3g, are not joined",
+                     s->components, title, way, apart->at.x, apart->at.y, apart->at.z, tolerance);
+    } else if (s->components > 1)
         warnings_add(
             &summary->warnings, "components", "/surface",
             "the surface has %zu pieces that are not connected; the net is on the one with the "

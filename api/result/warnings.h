@@ -16,6 +16,7 @@ struct warnings_subject {
     const struct drape_result *result;
     struct prepared_part *prepared;
     size_t components; /* of the mesh or shell: parts that are not connected; 1 for a surface */
+    const struct shell_apart *apart; /* of faces; `face` by its number in the request */
 };
 
 /* Sets summary->warnings from the subject and the other members of `summary`. */

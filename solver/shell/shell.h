@@ -184,8 +184,18 @@ enum { SHELL_ANY = -1 };
 void shell_nearest(const struct shell *shell, struct vec3 point, int32_t component,
                    struct shell_point *place, double *distance);
 
-/* The same on the component of `place`, which is near it: of its own face the place to which the
- * way from there leads down. */
+/* Where another component comes nearest to that of `face`, by points of its edges. Errors:
+ * STATUS_OUT_OF_MEMORY. */
+struct shell_apart {
+    int32_t face; /* of the other */
+    struct vec3 at;
+    double distance; /* HUGE_VAL: there is no other */
+};
+enum status shell_nearest_apart(const struct shell *shell, int32_t face, struct arena *arena,
+                                struct shell_apart *apart) STATUS_MUST_USE;
+
+/* `shell_nearest` on the component of `place`, which is near it: of its own face the place to which
+ * the way from there leads down. */
 void shell_nearest_from(const struct shell *shell, struct vec3 point, struct shell_point *place,
                         double *distance);
 

@@ -130,8 +130,10 @@ overlapping() {
 @test "cut: faces that overlap by more than the tolerance are apart, and it is said" {
     for by in 0.01 0.1 1 5; do
         overlapping $by | jq -e '(.summary.warnings | map(.code) | index("components")) != null and
-            .summary.outcome == "complete" and .summary.max_shear_deg < 1e-9' || { overlapping $by; return 1; }
+            .summary.outcome == "complete" and .summary.max_shear_deg < 1e-9 and
+            any(.summary.warnings[].detail; contains("Face 1 overlaps it at (50, 0, 0)"))' || { overlapping $by; return 1; }
     done
+    overlapping -0.1 | jq -e 'any(.summary.warnings[].detail; contains("Face 0 is 0.1 from it at (49.9, 0, 0)"))'
     overlapping 0.0005 | jq -e '.summary | .cloth_coverage == 1 and (.warnings | map(.code) | index("components")) == null'
 }
 
