@@ -231,18 +231,9 @@ static bool is_flat(struct vec3 across, struct vec3 along) {
     return sine2 < flat_sine * flat_sine * vec3_norm2(across) * vec3_norm2(along);
 }
 
-/* Whether the edge from (i, j) was laid as a geodesic, whose directions are known. */
-static bool is_laid(const struct march *march, int32_t i, int32_t j, int di, int dj) {
-    const struct net_node *here = march_node_at(march, i, j);
-    const struct net_node *there = march_node_at(march, i + di, j + dj);
-    int family = dj != 0, side = di + dj > 0;
-    return (here->rough & NET_EDGE_BIT(family, side)) ||
-           (there->rough & NET_EDGE_BIT(family, 1 - side));
-}
-
 /* The unit tangents of the yarn at (i, j), which is at `from`, towards its neighbour at (i + di, j
- * + dj), which is at `to`, and at that on from there: as it was laid, or by its logarithm where it
- * can be had, but not beside a tip, where that may be of the way on its other side. */
+ * + dj), which is at `to`, and at that on from there: by its logarithm where it can be had, but not
+ * beside a tip, where that may be of the way on its other side. */
 static bool yarn_between(struct march *march, int32_t i, int32_t j, int di, int dj,
                          const struct surface_point *from, const struct surface_point *to,
                          struct vec3 *leave, struct vec3 *arrive) {
@@ -254,8 +245,6 @@ static bool yarn_between(struct march *march, int32_t i, int32_t j, int di, int 
     *arrive = vec3_scale(-1, back);
     enum drape_yarn yarn = march->method->yarn;
     bool exact = yarn == DRAPE_YARN_GEODESIC || march_is_beside_tip(march, from->jet.r);
-    if (!exact && yarn == DRAPE_YARN_ARC && is_laid(march, i, j, di, dj))
-        return true;
     struct logarithm l;
     if (!exact && yarn == DRAPE_YARN_ARC &&
         logarithm_find(&march->cursor, from, to, logarithm_accuracy, &l)) {

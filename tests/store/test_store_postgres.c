@@ -323,7 +323,7 @@ static void expect_alive(struct scratch *scratch, int pid, bool alive) {
 static void test_postgres_pool_closes_what_nobody_uses(void **state) {
     enum { COUNT = 3 };
     struct scratch *scratch = *state;
-    struct pool_connection *taken[COUNT];
+    struct pool_connection *taken[POOL_CONNECTIONS];
     enum store_answer answer;
     char why[STORE_WHY_SIZE] = "";
     int pid[COUNT];
@@ -346,8 +346,12 @@ static void test_postgres_pool_closes_what_nobody_uses(void **state) {
     atomic_store(&monotonic_minutes, 0);
     for (int k = 0; k < COUNT; k++)
         expect_alive(scratch, pid[k], k == COUNT - 1);
-    for (int k = 0; k < POOL_CONNECTIONS; k++) /* all of which may be had again */
-        assert_non_null(pool_take(pool, &answer));
+    for (int k = 0; k < POOL_CONNECTIONS; k++) { /* all of which may be had again */
+        taken[k] = pool_take(pool, &answer);
+        assert_non_null(taken[k]);
+    }
+    for (int k = 0; k < POOL_CONNECTIONS; k++)
+        pool_give(pool, taken[k], false);
     pool_close(pool);
 }
 
