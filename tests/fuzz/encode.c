@@ -2,7 +2,21 @@
 #include "encode.h"
 
 #include "api/format/format.h"
+#include "api/run.h"
 #include <string.h>
+
+enum { LOOKS_MOST = 2000 };
+
+void fuzz_prepare(void) {
+    static bool prepared;
+    if (!prepared)
+        prepared = api_prepare();
+}
+
+bool fuzz_go_on(void *looks, double fraction) {
+    FUZZ_PROMISE(fraction >= 0.0 && fraction <= 1.0);
+    return ++*(int *)looks < LOOKS_MOST;
+}
 
 const struct api_limits fuzz_limits = {.max_nodes = 300,
                                        .max_memory = 1 << 26,

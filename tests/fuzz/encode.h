@@ -8,8 +8,14 @@
 #include "api/limits.h"
 #include <stdbool.h>
 
+/* `api_prepare`, once. */
+void fuzz_prepare(void);
+
 /* Tiny budgets. */
 extern const struct api_limits fuzz_limits;
+
+/* The `progress` of a monitor whose context counts its looks, an int: too many cancel the job. */
+bool fuzz_go_on(void *looks, double fraction);
 
 struct fuzz_bytes {
     uint8_t *data; /* the caller's, to be freed */

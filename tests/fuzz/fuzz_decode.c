@@ -38,12 +38,10 @@ static void expect_round_trip(const struct api_request *request, struct arena *a
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-    static bool prepared;
     struct api_request request;
     struct api_surface surface;
     struct api_problem problem = {0};
-    if (!prepared)
-        prepared = api_prepare();
+    fuzz_prepare();
     struct arena *arena = arena_new(fuzz_limits.max_memory);
     const struct api_input input = {.request = (const char *)data, .request_length = size};
     enum api_problem_id id = api_decode(&input, &fuzz_limits, arena, &request, &problem);

@@ -10,15 +10,8 @@
 #include <string.h>
 
 enum {
-    NETS = 8,    /* that are draped, at the most */
-    LOOKS = 2000 /* of the monitor, until a drape is cancelled */
+    NETS = 8 /* that are draped, at the most */
 };
-
-static bool go_on(void *context, double fraction) {
-    int *looks = context;
-    FUZZ_PROMISE(fraction >= 0.0 && fraction <= 1.0);
-    return ++*looks < LOOKS;
-}
 
 static void expect_round_trip(const struct laminate *laminate, struct arena *arena) {
     struct laminate again;
@@ -45,7 +38,7 @@ static void drape_all(const struct laminate *laminate, const struct api_input *i
     struct api_problem problems[NETS] = {0}, problem = {0};
     for (size_t n = 0; n < laminate->net_count; n++) {
         int looks = 0;
-        const struct drape_monitor monitor = {go_on, &looks};
+        const struct drape_monitor monitor = {fuzz_go_on, &looks};
         const struct api_sink sink = {.write = fuzz_append, .context = &containers[n]};
         enum api_problem_id id =
             laminate_run(laminate, n, input, &fuzz_limits, &monitor, &sink, &problems[n]);
@@ -63,11 +56,9 @@ static void drape_all(const struct laminate *laminate, const struct api_input *i
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-    static bool prepared;
     struct laminate laminate;
     struct api_problem problem = {0};
-    if (!prepared)
-        prepared = api_prepare();
+    fuzz_prepare();
     struct arena *arena = arena_new(fuzz_limits.max_memory);
     const struct api_input input = {.request = (const char *)data, .request_length = size};
     enum api_problem_id id = laminate_decode(&input, &fuzz_limits, arena, &laminate, &problem);

@@ -51,10 +51,8 @@ static void finish(const struct api_study *study, const struct fuzz_bytes *numbe
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-    static bool prepared;
     struct api_problem problem = {0};
-    if (!prepared)
-        prepared = api_prepare();
+    fuzz_prepare();
     const struct api_input input = {.request = (const char *)data, .request_length = size};
     struct api_study *study = api_study_open(&input, &fuzz_limits, &problem);
     FUZZ_PROMISE((study != NULL) == (problem.id == API_OK) && problem.id != API_INTERNAL);
