@@ -227,6 +227,20 @@ static double net_length(const struct nurbs *nurbs, size_t stride_u, size_t stri
     return sum;
 }
 
+/* The face that a gap or an overlap keeps apart from the net's piece, and where. */
+static void tell_apart(const struct warnings_subject *s, size_t size, char text[]) {
+    const struct shell_apart *apart = s->apart;
+    double tolerance = shell_tolerance(s->prepared->shell.shell);
+    char title[API_FACE_TITLE_SIZE], way[40] = "overlaps it";
+    prepared_shell_face_title(&s->request->surface, apart->face, title);
+    if (apart->distance > tolerance)
+        snprintf(way, sizeof way, "is %.3g from it", apart->distance);
+    snprintf(text, size,
+             ". Face %s %s at (%.4g, %.4g, %.4g): edges that differ by more than the tolerance, "
+             "%.3g, are not joined",
+             title, way, apart->at.x, apart->at.y, apart->at.z, tolerance);
+}
+
 static void check_components(const struct warnings_subject *s, struct api_summary *summary) {
     const struct drape_rim *rim = &s->result->rim;
     /* Loops of the rim that no cloth reaches anywhere. */
@@ -239,24 +253,15 @@ static void check_components(const struct warnings_subject *s, struct api_summar
             reached = reached || rim->covered[first];
         loops += !reached;
     }
-    const struct shell_apart *apart = s->apart;
-    char title[API_FACE_TITLE_SIZE], way[40] = "overlaps it";
-    if (apart->distance < s->request->settings.spacing[0]) {
-        double tolerance = shell_tolerance(s->prepared->shell.shell);
-        prepared_shell_face_title(&s->request->surface, apart->face, title);
-        if (apart->distance > tolerance)
-            snprintf(way, sizeof way, "is %.3g from it", apart->distance);
-        warnings_add(&summary->warnings, "components", "/surface",
-                     "the surface has %zu pieces that are not connected; the net is on that of the "
-                     "start. Face %s %s at (%.4g, %.4g, %.4g): edges that differ by more than the "
-                     "tolerance, %.3g, are not joined",
-                     s->components, title, way, apart->at.x, apart->at.y, apart->at.z, tolerance);
-    } else if (s->components > 1)
+    char kept_apart[sizeof summary->warnings.list->detail] = "";
+    if (s->apart->distance < s->request->settings.spacing[0])
+        tell_apart(s, sizeof kept_apart, kept_apart);
+    if (s->components > 1)
         warnings_add(
             &summary->warnings, "components", "/surface",
-            "the surface has %zu pieces that are not connected; the net is on the one with the "
-            "start",
-            s->components);
+            "the surface has %zu pieces that are not connected; the net is on the one with "
+            "the start%s",
+            s->components, kept_apart);
     else if (loops > 0 && summary->cells > 0)
         warnings_add(&summary->warnings, "components", "/surface",
                      "the net does not reach %zu of the closed edges of the part", loops);

@@ -4,7 +4,7 @@
 #include "../arena.h"
 #include <math.h>
 
-/* Between points of a straight edge is this share of the shell's size; bent ones have more. */
+/* Points of a straight edge are this share of the shell's size apart; those of bent ones less. */
 static const double apart_share = 0.25;
 
 /* Points that are looked at, at the most: what is told is where to look, not a measure. */
@@ -17,10 +17,10 @@ enum status shell_nearest_apart(const struct shell *shell, int32_t face, struct 
     int left = APART_POINTS;
     *apart = (struct shell_apart){.face = face, .distance = HUGE_VAL};
     for (int32_t other = 0; other < count && left > 0; other++) {
-        struct arena_mark mark = arena_mark(arena);
-        struct shell_line *lines;
         if (other == own)
             continue;
+        struct arena_mark mark = arena_mark(arena);
+        struct shell_line *lines;
         if (shell_lines(shell, other, apart_share * shell_size(shell), arena, &lines) != STATUS_OK)
             return STATUS_OUT_OF_MEMORY;
         for (size_t e = 0; e < edges; e++)
