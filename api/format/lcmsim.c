@@ -35,9 +35,7 @@ struct state {
     uint32_t number;               /* of the last triangle */
     z_stream deflate;
     bool deflating;
-    struct api_text text; /* what is being compressed, from `taken` on */
-    size_t taken;
-    char buffer[TEXT_BYTES];
+    char buffer[TEXT_BYTES]; /* what is being compressed */
 };
 
 /* ---- numbers ---- */
@@ -173,7 +171,7 @@ static struct compaction compaction_of(const struct map_fields *fields,
     double porosity = fmin(in->porosity, LCMSIM_POROSITY_MAX);
     const double *e = in->relieved, p1 = fields->relief[0], p2 = fields->relief[1], p = 1e5;
     struct compaction rigid = {{porosity, porosity}, {0.9e5, 1.0e5}, 0, 1}, own = rigid;
-    if (!fields->relieved[0] || !(e[0] > porosity) || !(porosity > 0))
+    if (!fields->relieved[0] || !(e[0] > porosity))
         return rigid;
     double first = (e[0] - in->porosity) / p1, second = (e[1] - e[0]) / (p2 - p1);
     if (in->porosity + first * p + (second - first) / p2 * p * (p - p1) > LCMSIM_POROSITY_MAX)
@@ -337,6 +335,7 @@ static bool write_file_text(struct encoder *encoder, struct api_text *text) {
 
 /* ---- the archive ---- */
 
+/* A text is packed at once: the piece has room for it and for what zlib holds back. */
 static void next_lcmsim(struct encoder *encoder) {
     struct state *state = encoder->state;
     struct api_text *piece = &encoder->piece;
@@ -357,29 +356,23 @@ static void next_lcmsim(struct encoder *encoder) {
         state->open = true;
         state->complete = false;
     }
-    if (state->taken == state->text.length && !state->complete) { /* all before is compressed */
-        state->text = api_text_over(state->buffer, sizeof state->buffer);
-        state->taken = 0;
-        state->complete = write_file_text(encoder, &state->text);
-        encoder->failed = encoder->failed || state->text.failed;
-        entry->size += state->text.length;
-        entry->crc =
-            (uint32_t)crc32_z(entry->crc, (const Bytef *)state->buffer, state->text.length);
-    }
+    struct api_text text = api_text_over(state->buffer, sizeof state->buffer);
+    if (!state->complete)
+        state->complete = write_file_text(encoder, &text);
+    entry->size += text.length;
+    entry->crc = (uint32_t)crc32_z(entry->crc, (const Bytef *)state->buffer, text.length);
     size_t room = piece->capacity - piece->length - ZIP_HEADER_MAX;
-    z->next_in = (Bytef *)state->buffer + state->taken;
-    z->avail_in = (uInt)(state->text.length - state->taken);
+    z->next_in = (Bytef *)state->buffer;
+    z->avail_in = (uInt)text.length;
     z->next_out = (Bytef *)piece->bytes + piece->length;
     z->avail_out = (uInt)room;
     int answer = deflate(z, state->complete ? Z_FINISH : Z_NO_FLUSH);
-    state->taken = state->text.length - z->avail_in;
     piece->length += room - z->avail_out;
     entry->packed += room - z->avail_out;
-    encoder->failed = encoder->failed || answer == Z_STREAM_ERROR;
+    encoder->failed = encoder->failed || text.failed || answer == Z_STREAM_ERROR || z->avail_in > 0;
     if (answer == Z_STREAM_END) { /* the entry is complete */
         zip_end_entry(piece, &state->entry[state->entries++]);
         state->open = false;
-        state->text.length = state->taken = 0;
         state->file++;
         state->file += state->file == DENSE && !has_dense(state);
     }
