@@ -53,7 +53,7 @@ LAMINATES, STUDIES = ({each["name"]: each for each in json.loads((HERE / file).r
 def cases():
     """Every (request file, changes, output): changes as a merge patch, output as arguments."""
     for file in EXAMPLES + SEEDS:
-        yield from ((file, {}, output) for output in FORMATS)
+        yield from ((file, {}, output) for output in FORMATS + ["html"])
         yield from ((file, PERMEABLE, output) for output in MAPS)
     for file in REQUESTS:
         yield from ((file, {}, output) for output in FORMATS[:4])

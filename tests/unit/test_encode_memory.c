@@ -63,7 +63,8 @@ static void read_document(const struct format *format, const struct format_sourc
 }
 
 /* Until none is left to fail; each time out-of-memory, or a stop in the middle. */
-static void check_format(const struct format *format, const struct format_source *source) {
+static void check_format(const struct format *format, const struct format_source *source,
+                         size_t most) {
     static struct document sound, failing;
     size_t n = 0;
     read_document(format, source, &sound);
@@ -75,20 +76,21 @@ static void check_format(const struct format *format, const struct format_source
         fail_at = 0;
         assert_true(failing.length == -1 || taken < n);
         assert_true(failing.problem == API_OK || failing.problem == API_OUT_OF_MEMORY);
-    } while (taken >= n);
-    assert_int_equal(failing.length, sound.length);
-    assert_memory_equal(failing.bytes, sound.bytes, (size_t)sound.length);
+    } while (taken >= n && n < most);
+    if (n < most) {
+        assert_int_equal(failing.length, sound.length);
+        assert_memory_equal(failing.bytes, sound.bytes, (size_t)sound.length);
+    }
     printf("  %-7s %zu allocations\n", format->name, n - 1);
 }
 
-/* But for HDF5's: its library does not survive every allocation that fails within it. It runs where
- * a crash costs one call, and no more: in a checker, or in the command. */
+/* Of HDF5's our own five, before its library's, which does not survive every allocation that fails
+ * within it. It runs where a crash costs one call, and no more: in a checker, or in the command. */
 static void check_formats(enum format_use use, const struct format_source *source) {
     const struct format *format;
     assert_non_null(format_at(use, 0));
     for (size_t k = 0; (format = format_at(use, k)); k++)
-        if (strcmp(format->name, "lcmsim-h5") != 0)
-            check_format(format, source);
+        check_format(format, source, strcmp(format->name, "lcmsim-h5") == 0 ? 5 : SIZE_MAX);
 }
 
 static void test_encode_memory_of_results(void **state) {

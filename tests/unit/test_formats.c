@@ -227,6 +227,113 @@ static void test_formats_glb_of_no_nodes_is_refused(void **state) {
     bytes_free(&container);
 }
 
+/* ---- drapes ---- */
+
+static const char dome[] =
+    "{\"surface\":{\"degree_u\":2,\"degree_v\":2,\"size_u\":3,\"size_v\":3,"
+    "\"knotvector_u\":[0,0,0,1,1,1],\"knotvector_v\":[0,0,0,1,1,1],\"control_points\":"
+    "[[-2,-2,0],[-2,0,1],[-2,2,0],[0,-2,1],[0,0,2],[0,2,1],[2,-2,0],[2,0,1],[2,2,0]],\"trims\":{"
+    "\"count\":1,\"data\":[{\"type\":\"freeform\",\"points\":[[0.1,0.1],[0.3,0.1],[0.2,0.3]]}]}},"
+    "\"fabric\":{\"spacing\":[0.5,0.4],\"thickness\":0.0005,\"fiber_volume_fraction\":0.5,"
+    "\"locking_angle_deg\":8},\"start\":{\"uv\":[0.4,0.45]},\"direction\":{\"angle_deg\":10},"
+    "\"rosette\":{\"origin\":[0,0,0],\"x\":[1,0,0],\"z\":[0,0,1]},%s}";
+
+static struct bytes drape_dome(const char *more, struct bytes *request) {
+    struct api_problem problem = {0};
+    struct bytes container = {0};
+    bytes_format(request, dome, more);
+    if (run_text(request->data, &container, &problem) != API_OK)
+        fail_msg("%s", problem.error[0].detail);
+    return container;
+}
+
+/* What a hole, a cut, a part left bare, cells that are locked, warnings and errors add: whole
+ * documents, of which the report is all that the drape has to say. */
+static void test_formats_of_drapes_are_golden(void **state) {
+    static const struct {
+        const char *name, *more, *part, *ply;
+        double allowance;
+        enum api_table table;
+    } drapes[] = {
+        {"cut",
+         "\"method\":\"gib4\",\"cuts\":[{\"path\":[[2,0.2,0.5],[0.7,0.1,0.9]],"
+         "\"name\":\"<a>, \\\"b\\\" & c\",\"allowance\":0.005}]",
+         "Wing", "", 0.05, API_TABLE_CUTS},
+        {"bare", "\"extent\":{\"warp\":[-3,4],\"weft\":[-2,3]}", "", "7", 0, API_TABLE_CELLS}};
+    static const struct {
+        enum format_use use;
+        const char *name;
+    } documents[] = {{FORMAT_PATTERN, "svg"},
+                     {FORMAT_PATTERN, "dxf"},
+                     {FORMAT_REPORT, "html"},
+                     {FORMAT_RESULT, "csv"}};
+    (void)state;
+    for (size_t d = 0; d < sizeof drapes / sizeof *drapes; d++) {
+        struct bytes request = {0}, container = drape_dome(drapes[d].more, &request);
+        struct api_reader reader = reader_over(&container);
+        struct format_options options = {.allowance = drapes[d].allowance,
+                                         .partial = true,
+                                         .table = drapes[d].table,
+                                         .table_given = true};
+        strcpy(options.part, drapes[d].part);
+        strcpy(options.ply, drapes[d].ply);
+        const struct format_source source = {
+            .id = "small", .reader = &reader, .record = {.inputs = request.data, .digest = "d"}};
+        for (size_t k = 0; k < sizeof documents / sizeof *documents; k++) {
+            char name[32];
+            struct bytes text =
+                encode_source(format_named(documents[k].use, documents[k].name), &source, &options);
+            snprintf(name, sizeof name, "%s.%s", drapes[d].name, documents[k].name);
+            compare_golden(name, text.data, text.length);
+            bytes_free(&text);
+        }
+        bytes_free(&request);
+        bytes_free(&container);
+    }
+}
+
+/* Cloth that leaves some of the part bare is cut only on demand; drawn it is in any case. */
+static void test_formats_to_cut_by_are_of_whole_parts(void **state) {
+    struct bytes request = {0}, container = drape_dome("\"extent\":{\"warp\":[-3,4]}", &request);
+    struct api_reader reader = reader_over(&container);
+    const struct format_source source = {.id = "small", .reader = &reader};
+    const struct format *format;
+    (void)state;
+    for (size_t k = 0; (format = format_at(FORMAT_PATTERN, k)); k++)
+        for (int partial = 0; partial < 2; partial++) {
+            struct api_problem problem = {0};
+            struct encoder *encoder = encoder_new(
+                format, &source, &(struct format_options){.partial = partial}, &problem);
+            if ((encoder != NULL) != (partial || strcmp(format->name, "svg") == 0))
+                fail_msg("%s, %d: %s", format->name, partial, encoder ? "is made" : "is refused");
+            encoder_free(encoder);
+        }
+    bytes_free(&request);
+    bytes_free(&container);
+}
+
+/* What a piece had before its columns could not be read stays unsent, wherever it was made. */
+static void test_formats_send_nothing_of_a_piece_that_failed(void **state) {
+    enum { LARGE = 1 << 20 };
+    static char document[LARGE];
+    static const size_t sizes[] = {100, LARGE};
+    (void)state;
+    for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
+        struct bytes container = small_result();
+        struct api_reader reader = reader_over(&container);
+        struct api_problem problem = {0};
+        const struct format_source source = {.id = "small", .reader = &reader};
+        struct encoder *encoder = encoder_new(format_named(FORMAT_RESULT, "csv"), &source,
+                                              &(struct format_options){0}, &problem);
+        assert_non_null(encoder);
+        container.length = 16;
+        for (int again = 0; again < 2; again++)
+            assert_int_equal(encoder_read(encoder, document, sizes[k]), -1);
+        encoder_free(encoder);
+        bytes_free(&container);
+    }
+}
+
 /* ---- the outline ---- */
 
 static struct outline outline_of(const int (*cells)[2], size_t count) {
@@ -362,15 +469,25 @@ static void test_formats_vtu_is_golden(void **state) {
     bytes_free(&text);
 }
 
-/* The bytes are those of Debian's libhdf5 1.10. */
+/* As it is; a quadrilateral that ends at the first vertex; and one too dense to be filled. The
+ * bytes are those of Debian's libhdf5 1.10. */
 static void test_formats_lcmsim_h5_is_golden(void **state) {
-    (void)state;
     static const uint8_t roles[] = {MAP_FABRIC, MAP_INLET};
-    struct map_fields fields = small_mesh();
-    fields.roles = roles;
-    struct bytes text = encode_mesh("lcmsim-h5", &fields);
-    compare_golden("small.lcmsim-h5", text.data, text.length);
-    bytes_free(&text);
+    static const int32_t turned[][4] = {{1, 2, 3, 0}, {1, 4, 2, -1}};
+    static const char *const names[] = {"small", "turned", "dense"};
+    (void)state;
+    for (int k = 0; k < 3; k++) {
+        struct map_fields fields = small_mesh();
+        char name[32];
+        if (k == 2)
+            small_mesh_set("porosity", 0, -0.25);
+        fields.elements = k == 1 ? turned : fields.elements;
+        fields.roles = roles;
+        struct bytes text = encode_mesh("lcmsim-h5", &fields);
+        snprintf(name, sizeof name, "%s.lcmsim-h5", names[k]);
+        compare_golden(name, text.data, text.length);
+        bytes_free(&text);
+    }
 }
 
 /* Two plies, of which the second has the second's one piece. */
@@ -468,22 +585,30 @@ static const char *const decks[] = {"nastran", "optistruct", "radioss",
                                     "lsdyna",  "abaqus",     "calculix"};
 enum { DECKS = sizeof decks / sizeof *decks };
 
-/* Those of one sequence for all elements are of elements that look to one side. */
+/* As they are, and with constants and a rosette. Those of one sequence for all elements are of
+ * elements that look to one side. */
 static void test_formats_of_decks_are_golden(void **state) {
+    static const struct lamina carbon = {110e9, 6e9, 0.3, 2e9};
+    static const struct map_ply_kind kinds[] = {{1, carbon}, {0.6, carbon}};
+    static const struct api_rosette rosette = {{1, 2, 3}, {2, 0, 0}, {1, 0, 3}};
     (void)state;
-    for (size_t k = 0; k < DECKS; k++) {
+    for (size_t k = 0; k < 2 * DECKS; k++) {
         struct map_fields fields = small_stack();
         struct map_plies plies = *fields.plies;
         struct map_ply_row rows[3];
+        const char *deck = decks[k / 2];
+        bool full = k % 2;
         char name[32];
-        if (k == 1 || k == 2) {
+        if (strcmp(deck, "optistruct") == 0 || strcmp(deck, "radioss") == 0) {
             memcpy(rows, plies.rows, sizeof rows);
             rows[2].mirrored = false;
             plies.rows = rows;
-            fields.plies = &plies;
         }
-        struct bytes text = encode_mesh(decks[k], &fields);
-        snprintf(name, sizeof name, "small.%s", decks[k]);
+        plies.kinds = full ? kinds : NULL;
+        fields.rosette = full ? &rosette : NULL;
+        fields.plies = &plies;
+        struct bytes text = encode_mesh(deck, &fields);
+        snprintf(name, sizeof name, "%s.%s", full ? "full" : "small", deck);
         compare_golden(name, text.data, text.length);
         bytes_free(&text);
     }
@@ -756,6 +881,63 @@ static void test_lcmsim_of_many_elements_is_whole(void **state) {
     small_strip_free(&fields);
 }
 
+/* A stack that is pressed gives way to the resin unless that is more than LCMsim takes, or it would
+ * not grow, or version 2 or a channel is to: the porosities and pressures of its parts, the
+ * exponent of its permeability and the factor of that, by K e^3 / (1 - e)^2. */
+static void test_lcmsim_parts_give_way_as_the_stack_does(void **state) {
+    static const struct {
+        double porosity, relieved[MAP_RELIEFS];
+        int version;
+        bool own;
+    } rows[] = {{0.6, {0.62, 0.63}, 3, true},     {0.6, {0.6 + 1e-9, 0.63}, 3, true},
+                {0.6, {0.6, 0.63}, 3, false},     {0.9, {0.94, 0.97466}, 3, true},
+                {0.9, {0.94, 0.97467}, 3, false}, {0.995, {0, 0}, 3, false},
+                {0.6, {0.62, 0.63}, 2, false}};
+    static const double relief[MAP_RELIEFS] = {4e4, 8e4};
+    static const uint8_t roles[] = {MAP_FABRIC, MAP_CHANNEL};
+    enum { NUMBERS = 15, FIRST_E = 9, EXPONENT = 13 };
+    (void)state;
+    for (size_t r = 0; r < sizeof rows / sizeof *rows; r++) {
+        const double e0 = fmin(rows[r].porosity, 0.99),
+                     relieved[MAP_RELIEFS][2] = {{rows[r].relieved[0], rows[r].relieved[0]},
+                                                 {rows[r].relieved[1], rows[r].relieved[1]}};
+        struct map_fields fields = small_mesh();
+        for (size_t k = 0; k < 2; k++) {
+            small_mesh_set("porosity", k, rows[r].porosity);
+            fields.relief[k] = relief[k];
+            fields.relieved[k] = rows[r].relieved[k] > 0 ? relieved[k] : NULL;
+        }
+        fields.roles = roles;
+        fields.channel_permeability = 1e-8;
+        struct bytes zip = encode_case(&fields, rows[r].version, 0);
+        struct bytes text = unzip(&zip, "part_description.csv");
+        for (int channel = 0; channel < 2; channel++) {
+            char *at = strstr(text.data, channel ? ",patch," : ",base,");
+            double v[NUMBERS] = {0};
+            bool own = rows[r].own && !channel;
+            for (int skip = 0; skip < 2 && at; skip++)
+                at = strchr(at + 1, ',');
+            assert_non_null(at);
+            for (int n = 0; n < NUMBERS && at && *at == ','; n++)
+                v[n] = strtod(at + 1, &at);
+            check_at_most(fabs(v[1] - e0), 1e-9);
+            check_at_most(fabs(v[FIRST_E] - (own ? rows[r].relieved[0] : e0)), 1e-8);
+            check_at_most(fabs(v[FIRST_E + 1] - (own ? relief[0] : 0.9e5)), 1e-3);
+            if (rows[r].version == 3) {
+                check_at_most(fabs(v[FIRST_E + 2] - (own ? rows[r].relieved[1] : e0)), 1e-8);
+                check_at_most(fabs(v[FIRST_E + 3] - (own ? relief[1] : 1e5)), 1e-3);
+                assert_true(v[EXPONENT] == (own ? 2 : 0));
+                assert_true(channel || fabs(v[EXPONENT + 1] / v[3] - 1e-12 / 1.63e-10) < 1e-9);
+            }
+            double k1 = channel ? 1e-8 : 1.63e-10;
+            k1 *= own ? pow(1 - e0, 2) / pow(e0, 3) : 1;
+            check_at_most(fabs(v[3] / k1 - 1), 1e-8);
+        }
+        bytes_free(&text);
+        bytes_free(&zip);
+    }
+}
+
 /* One more than numbers have room for is refused before anything of it is read. */
 static void test_lcmsim_of_too_much_is_refused(void **state) {
     (void)state;
@@ -925,6 +1107,9 @@ int main(void) {
         cmocka_unit_test(test_formats_are_found_within_their_use_alone),
         cmocka_unit_test(test_formats_refuse_cells_without_corners),
         cmocka_unit_test(test_formats_glb_of_no_nodes_is_refused),
+        cmocka_unit_test(test_formats_of_drapes_are_golden),
+        cmocka_unit_test(test_formats_to_cut_by_are_of_whole_parts),
+        cmocka_unit_test(test_formats_send_nothing_of_a_piece_that_failed),
         cmocka_unit_test(test_outline_goes_round_cells_and_holes),
         cmocka_unit_test(test_outline_encloses_the_area_of_random_cells),
         cmocka_unit_test(test_fieldset_groups_vectors_and_tensors),
@@ -948,6 +1133,7 @@ int main(void) {
         cmocka_unit_test(test_lcmsim_halves_quadrilaterals_that_end_at_the_first_vertex),
         cmocka_unit_test(test_lcmsim_caps_dense_elements),
         cmocka_unit_test(test_lcmsim_of_many_elements_is_whole),
+        cmocka_unit_test(test_lcmsim_parts_give_way_as_the_stack_does),
         cmocka_unit_test(test_lcmsim_of_too_much_is_refused),
         cmocka_unit_test(test_lcmsim_of_nothing_to_fill_is_refused),
         cmocka_unit_test(test_lcmsim_tells_how_far_most_elements_differ),
