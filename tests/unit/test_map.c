@@ -499,18 +499,18 @@ static void test_map_presses_cloth_to_heights(void **state) {
     }
 }
 
-/* A punch over a half of the cloth: its height there, the cloth's own beside it. */
+/* A punch over a half of the cloth: its height there, the cloth's own beside it, at every point. */
 static void test_map_presses_cloth_under_a_punch(void **state) {
     (void)state;
-    static const struct vec3 points[] = {{1, 1, 0}, {1, 3, 0}, {3, 1, 0}, {9, 1, 0}};
+    static const struct vec3 points[] = {{1, 1, 0}, {1, 3, 0}, {3, 1, 0}, {3, 3, 0}, {9, 1, 0}};
     static const struct vec3 corners[] = {
         {-1, -1, 0.0015}, {2, -1, 0.0015}, {2, 2, 0.0015}, {-1, 2, 0.0015}, {0.5, 5, 0.0015}};
     static const int32_t punch[][4] = {{0, 1, 2, 3}, {3, 2, 4, -1}};
     struct api_request request;
     struct cloth cloth = make_lying(&request);
     struct mapped *mapped = map_mesh_onto(&cloth, (struct map_target){.vertices = points,
-                                                                      .vertex_count = 4,
-                                                                      .element_count = 4,
+                                                                      .vertex_count = 5,
+                                                                      .element_count = 5,
                                                                       .punch_vertices = corners,
                                                                       .punch = punch,
                                                                       .punch_count = 2,
@@ -519,7 +519,7 @@ static void test_map_presses_cloth_under_a_punch(void **state) {
     assert_near(value_at(mapped, "thickness", 1), 0.0015, 1e-12);
     assert_near(value_at(mapped, "thickness", 2), 0.0021, 1e-15);
     assert_int_equal(mapped->map.fields.warning_count, 1);
-    assert_non_null(strstr(mapped->map.fields.warnings[0], "the punch is not above 1 of 4 points"));
+    assert_non_null(strstr(mapped->map.fields.warnings[0], "the punch is not above 2 of 5 points"));
     mapped_free(mapped);
     cloth_free(&cloth);
 }

@@ -2,8 +2,11 @@
 /* How a study is cut into tasks, what a search looks through, and which unknowns its courses have:
  * exact numbers on both sides of every limit. */
 #include "api/study/course_plan.h"
+#include "api/study/course_search.h"
+#include "api/study/cut_search.h"
 #include "api/study/rounds.h"
 #include "api/study/setup.h"
+#include "studied.h"
 #include "support.h"
 #include "tests/check.h"
 #include <math.h>
@@ -221,7 +224,87 @@ static void test_search_goes_on_in_epochs(void **state) {
     }
 }
 
+/* Cuts that keep the limits are moved: five ways each, twice for every step that is more than a
+ * quarter of a spacing, from a quarter of their length on. */
+static void test_search_of_cuts_takes_two_rounds_a_step(void **state) {
+    static const char plane[] =
+        "{\"surface\":{\"degree_u\":1,\"degree_v\":1,\"size_u\":2,\"size_v\":2,"
+        "\"knotvector_u\":[0,0,1,1],\"knotvector_v\":[0,0,1,1],"
+        "\"control_points\":[[0,0,0],[0,4,0],[4,0,0],[4,4,0]]},\"fabric\":{\"spacing\":0.125}}";
+    static const struct {
+        double length;
+        size_t rows, budget, tasks, variants;
+    } rows[] = {{0, 0, 500, 1, 1},      {0, 1, 500, 0, 1},      {1, 1, 500, 5, 1 + 5 + 3 * 10},
+                {1.001, 1, 500, 5, 46}, {2, 1, 500, 5, 46},     {1, 1, 36, 5, 36},
+                {1, 1, 35, 5, 35},      {1, 1, 4, 3, 1 + 3 + 0}};
+    struct api_problem problem = {0};
+    struct bytes text = studied_text(plane, "\"vary\":{\"splits\":\"proposed\"},"
+                                            "\"objectives\":[\"cut_length\"],"
+                                            "\"limits\":{\"max_shear_deg\":{\"max\":10}}");
+    const struct api_input input = studied_input(&text);
+    (void)state;
+    prepare();
+    struct api_study *study = api_study_open(&input, &api_limits_default, &problem);
+    if (!study)
+        fail_msg("%s: %s", problem.error[0].pointer, problem.error[0].detail);
+    for (size_t k = 0; k < COUNT(rows); k++) {
+        const struct study_cut cut = {.mouth = {2, 0, 0}, .tip = {2, rows[k].length, 0}};
+        const struct study_row row = {.variant = {.cuts = &cut, .cut_count = rows[k].length > 0}};
+        struct arena *arena = arena_new((size_t)1 << 24);
+        struct api_study_plan plan;
+        study->request.budget = rows[k].budget;
+        assert_int_equal(cut_search_plan(study, &row, rows[k].rows, arena, &plan, &problem),
+                         API_OK);
+        if (plan.count != rows[k].tasks || plan.variants != rows[k].variants)
+            fail_msg("row %zu: %zu tasks, %zu variants", k, plan.count, plan.variants);
+        arena_free(arena);
+    }
+    api_study_close(study);
+    bytes_free(&text);
+}
+
 /* ---- courses ---- */
+
+/* What is laid at the end is in turn the best of what keeps the limits for certain and of what may
+ * keep them on a closer net, which covers 4 (d / w)^4 more; and what a limit is missed by counts
+ * ten times. */
+static void test_search_of_courses_ends_with_what_may_keep_the_limits(void **state) {
+    static const double origin = 0, width = 24, q = 1.0 / (12 * 12 * 12 * 12); /* d = 2 */
+    static const struct laminate_courses base = {
+        .lay = {.origins = &origin, .origin_count = 1, .widths = &width, .width_count = 1}};
+    enum { ROWS = 41, LAST = 21 };
+    static const struct {
+        double missing, cost;
+        size_t place; /* among the last */
+    } ends[] = {{0, 3.0e-4, 0},       {0, 3.1e-4, 2}, {3.9 * q, 1.1e-4, 1},
+                {4.1 * q, 1.0e-4, 3}, {1e-3, 0, 5},   {0, 9.5e-3, 4}};
+    static struct api_study study;
+    static struct study_row rows[ROWS];
+    static double unknowns[ROWS];
+    struct study_request *r = &study.request;
+    struct api_problem problem = {0};
+    struct arena *arena = arena_new((size_t)1 << 24);
+    struct api_study_plan plan;
+    (void)state;
+    make_plain(&study, 100);
+    r->courses = (struct study_courses){.base = &base, .count = 1, .origin = {1, 0, 1}};
+    r->budget = ROWS + COUNT(ends);
+    r->objective[QUANTITY_WASTE_AREA] = true;
+    r->limit[QUANTITY_CLOTH_COVERAGE] = (struct study_limit){.has_min = true, .min = 0.9};
+    for (size_t k = 0; k < ROWS; k++) {
+        size_t n = k - LAST;
+        unknowns[k] = (double)k / ROWS;
+        rows[k].variant = (struct study_variant){.unknowns = &unknowns[k], .coarseness = 2};
+        rows[k].quantity[QUANTITY_CLOTH_COVERAGE] = n < COUNT(ends) ? 0.9 - ends[n].missing : 0.5;
+        rows[k].quantity[QUANTITY_WASTE_AREA] = n < COUNT(ends) ? 100 * ends[n].cost : 1;
+    }
+    assert_int_equal(course_search_plan(&study, rows, ROWS, arena, &plan, &problem), API_OK);
+    assert_int_equal(plan.count, COUNT(ends));
+    for (size_t n = 0; n < COUNT(ends); n++)
+        if (plan.tasks[ends[n].place].courses[0] != unknowns[LAST + n])
+            fail_msg("row %zu is not at %zu", n, ends[n].place);
+    arena_free(arena);
+}
 
 static const double offsets[] = {-0.5, 0, 0.25}, gap_values[] = {0.01, 0.03}, next_gap[] = {0.02};
 static const double origins[] = {0.2, 0.8}, widths[] = {1, 2, 4};
@@ -351,6 +434,8 @@ int main(void) {
         cmocka_unit_test(test_search_knows_a_range_that_closes),
         cmocka_unit_test(test_search_looks_on_coarser_nets),
         cmocka_unit_test(test_search_goes_on_in_epochs),
+        cmocka_unit_test(test_search_of_cuts_takes_two_rounds_a_step),
+        cmocka_unit_test(test_search_of_courses_ends_with_what_may_keep_the_limits),
         cmocka_unit_test(test_course_plan_has_its_unknowns_in_order),
         cmocka_unit_test(test_course_plan_keeps_what_is_not_varied),
         cmocka_unit_test(test_course_plan_takes_widths_that_there_are),
