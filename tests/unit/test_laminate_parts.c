@@ -3,9 +3,11 @@
  * of courses, regions of the plane and the bands of seams. */
 #include "api/laminate/band.h"
 #include "api/laminate/courses.h"
+#include "api/laminate/flat_piece.h"
 #include "api/laminate/patterns.h"
 #include "api/laminate/plane.h"
 #include "api/laminate/region.h"
+#include "cloth.h"
 #include "support.h"
 #include "tests/check.h"
 #include <math.h>
@@ -291,6 +293,60 @@ static void test_bands_have_their_area_on_the_part(void **state) {
     assert_true(band_area(all, -0.99, false) == band_area(all, -0.97, false));
 }
 
+/* ---- pieces ---- */
+
+static struct vec3 in_plane(double i, double j) {
+    return vec3_make(i, j, 0);
+}
+
+/* A split at y = 2 over cloth of which it leaves one post and finds it again at the next: behind
+ * the first one, before which it goes on to the rim, the piece lies on the same side as behind the
+ * others, and has the lengths between them. */
+static void test_piece_follows_its_split_from_rim_to_rim(void **state) {
+    static const enum column_id kept[] = {COLUMN_CELLS_warp, COLUMN_CELLS_weft};
+    static const double length[2][4] = {{1.8, 1.7, 1, 0}, {1, 0, 3.5, 0}};
+    struct cloth cloth = cloth_make(4, 4, in_plane, NULL);
+    struct bytes container = cloth_result(&cloth);
+    struct api_reader reader = reader_over(&container);
+    struct api_problem problem = {0};
+    struct polygons rim = {0};
+    static const double corners[4][2] = {{-0.5, -0.5}, {4, -0.5}, {4, 4}, {-0.5, 4}};
+    (void)state;
+    prepare();
+    for (int k = 0; k < 4; k++)
+        assert_true(polygons_add(&rim, corners[k][0], corners[k][1]));
+    polygons_close(&rim);
+    for (int back = 0; back < 2; back++) {
+        struct split_post list[] = {
+            {{1.3, 2, 0}, 8}, {{2, 9, 0}, 8}, {{3, 2, 0}, 0.5}, {{3.5, 2, 0}, 0}};
+        struct split_post turned[] = {
+            {{3.5, 2, 0}, 0.5}, {{3, 2, 0}, 8}, {{2, 9, 0}, 8}, {{1.3, 2, 0}, 0}};
+        const struct split_posts posts = {back ? turned : list, 4};
+        struct arena *arena = arena_new((size_t)1 << 24);
+        struct map_net *net = arena_alloc(arena, 1, sizeof *net);
+        struct flat_piece piece = {0};
+        assert_int_equal(map_net_open(&reader, net, &problem), API_OK);
+        map_net_keep(net, kept, COUNT(kept));
+        assert_int_equal(map_net_load(&reader, NULL, arena, net, &problem), API_OK);
+        if (flat_piece_make(net, &rim, &posts, arena, &piece, &problem) != API_OK)
+            fail_msg("%s", problem.error[0].detail);
+        for (int k = 0; k < 4; k++) {
+            const struct split_side *side = &piece.sides[k];
+            assert_int_equal(side->there, length[back][k] > 0);
+            check_at_most(fabs(side->length - length[back][k]), 1e-9);
+            if (!side->there)
+                continue;
+            assert_int_equal(side->forward, back);
+            check_at_most(fabs(fabs(side->warp_deg) - 180), 1e-9);
+        }
+        flat_piece_free(&piece);
+        arena_free(arena);
+    }
+    polygons_free(&rim);
+    bytes_free(&container);
+    cloth_free(&cloth);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_roll_options_are_what_they_say),
@@ -300,6 +356,7 @@ int main(void) {
         cmocka_unit_test(test_courses_sum_up),
         cmocka_unit_test(test_region_contains_what_its_polygons_enclose),
         cmocka_unit_test(test_bands_have_their_area_on_the_part),
+        cmocka_unit_test(test_piece_follows_its_split_from_rim_to_rim),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -133,6 +133,30 @@ static void test_report_of_a_net_without_a_cell(void **state) {
     bytes_free(&container);
 }
 
+/* 200 bytes of a value are shown, less those of a character that would be cut in two. */
+static void test_report_cuts_no_character_in_two(void **state) {
+    struct bytes container = drape_plane(1);
+    (void)state;
+    for (int before = 0; before < 2; before++) {
+        struct bytes inputs = {0}, shown = {0};
+        bytes_format(&inputs, "{\"name\":\"%s", before ? "-" : "");
+        bytes_format(&shown, "name</th><td>&quot;%s", before ? "-" : "");
+        for (int k = 0; k < 120; k++) {
+            bytes_format(&inputs, "é");
+            bytes_format(&shown, "%s", k < 99 ? "é" : "");
+        }
+        bytes_format(&inputs, "\"}");
+        bytes_format(&shown, " …</td>");
+        struct bytes page = report_of(&container, inputs.data, 4096);
+        if (!strstr(page.data, shown.data))
+            fail_msg("not %s", shown.data);
+        bytes_free(&page);
+        bytes_free(&shown);
+        bytes_free(&inputs);
+    }
+    bytes_free(&container);
+}
+
 static void test_inputs_end_where_the_text_is_cut(void **state) {
     static const char text[] = "{\"a\":{\"b\":[[1,\"]\"],2],\"c\":\"x\\\"}\"},\"d\":[1,2]}";
     (void)state;
@@ -252,6 +276,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_report_says_it_all_and_can_do_nothing),
         cmocka_unit_test(test_report_of_a_net_without_a_cell),
+        cmocka_unit_test(test_report_cuts_no_character_in_two),
         cmocka_unit_test(test_inputs_end_where_the_text_is_cut),
         cmocka_unit_test(test_portrait_shows_the_area_of_a_plane),
         cmocka_unit_test(test_raster_shows_what_is_nearest),
