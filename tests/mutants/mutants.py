@@ -17,6 +17,7 @@ import tomllib
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 LONGEST = 300  # seconds of one test
+PARTS = [f"build/tests/import/{maker}" for maker in ("make_parts", "make_splits")] # of tests of import
 KEYS = {"file", "why", "from", "to", "tests"}
 CAUGHT, SURVIVED, BROKEN, OPEN = "caught", "SURVIVED", "did not build", "not tried"
 
@@ -87,7 +88,7 @@ def build(targets):
 def targets_of(tests):
     sources = [split(test)[0] for test in tests]
     programs = [f"build/{source[:-2]}" for source in sources if source.endswith(".c")]
-    return sorted(set(["all"] + programs))
+    return sorted(set(["all"] + programs + PARTS * any("import" in source for source in sources)))
 
 
 def command_of(test):

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Claims: their order, leases, fencing, attempts, and what becomes of them in a restart. */
 #include "scratch.h"
+#include "server/store/backend.h"
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -126,6 +127,22 @@ static void test_store_end_under_a_lost_claim_claims_nothing(void **state) {
     assert_int_equal(next.sequence, 0);
     assert_int_equal(scratch_status(scratch, id), STORE_QUEUED);
     assert_int_equal(attempts_of(scratch, id), 0);
+}
+
+/* Neither when the claim is lost between the first bytes stored of the result and its end. */
+static void test_store_end_of_a_result_begun_before_claims_nothing(void **state) {
+    struct scratch *scratch = *state;
+    struct store_claim claim = scratch_claimed(scratch, "a"), next = {.sequence = 0};
+    static const char bytes[2 * STORE_SEGMENT_BYTES];
+    char id[ID_SIZE];
+    scratch_submit(scratch, "b", id);
+    struct store_writer *writer = store_writer_new(scratch->store, &claim);
+    assert_int_equal(store_writer_append(writer, bytes, sizeof bytes), STORE_OK);
+    assert_int_equal(store_cancel(scratch->store, claim.id), STORE_OK);
+    assert_int_equal(store_writer_commit_and_claim(writer, "{}", &next), STORE_CONFLICT);
+    store_writer_free(writer);
+    assert_int_equal(next.sequence, 0);
+    assert_int_equal(scratch_status(scratch, id), STORE_QUEUED);
 }
 
 /* ------------------------------------------------------------------ leases and fencing */
@@ -479,6 +496,7 @@ int main(void) {
         WITH_STORE(test_store_release_returns_to_the_old_place),
         WITH_STORE(test_store_end_claims_the_next_and_all_of_its_twins),
         WITH_STORE(test_store_end_under_a_lost_claim_claims_nothing),
+        WITH_STORE(test_store_end_of_a_result_begun_before_claims_nothing),
         WITH_STORE(test_store_renew_keeps_the_progress_from_going_back),
         WITH_STORE(test_store_lease_holds_while_it_is_renewed),
         WITH_STORE(test_store_stale_claim_is_refused),

@@ -193,9 +193,12 @@ static void test_seals_stay_as_they_are(void **state) {
 
 /* ------------------------------------------------------------------ queries */
 
-/* The sanitizer's allocator says no as others do. */
-const char *__asan_default_options(void);
+/* The sanitizers' allocators say no as others do. */
+const char *__asan_default_options(void), *__tsan_default_options(void);
 const char *__asan_default_options(void) {
+    return "allocator_may_return_null=1";
+}
+const char *__tsan_default_options(void) {
     return "allocator_may_return_null=1";
 }
 
