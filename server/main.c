@@ -36,9 +36,10 @@ enum {
     EXIT_USAGE = 2,
     REMOTE_PROGRESS_MS = 1000,
     REMOTE_SWEEP_MS = 1000,
-    STOP_SECONDS = 28,          /* whatever hangs at the end, the process does not outlive this */
-    LARGE_BLOCK = 1024 * 1024,  /* bytes; such memory goes back to the system when it is freed */
-    KEPT_MOST = 4 * LARGE_BLOCK /* of smaller ones, by each thread's arena */
+    STOP_SECONDS = 28,           /* whatever hangs at the end, the process does not outlive this */
+    LARGE_BLOCK = 1024 * 1024,   /* bytes; such memory goes back to the system when it is freed */
+    KEPT_MOST = 4 * LARGE_BLOCK, /* of smaller ones, by each arena */
+    ARENAS_MOST = 4              /* by itself eight a processor, which all fill in time */
 };
 
 /* What runs; NULL: not yet. */
@@ -228,6 +229,7 @@ static int serve(const struct config *config) {
     /* By itself the C library raises this as it goes, and then keeps what a large map had. */
     mallopt(M_MMAP_THRESHOLD, LARGE_BLOCK);
     mallopt(M_TRIM_THRESHOLD, KEPT_MOST);
+    mallopt(M_ARENA_MAX, ARENAS_MOST);
     umask(077); /* what customers sent is for this user alone */
     /* Threads inherit that the signals wait for the main thread. A full disk and a closed
      * connection are reported by errno, not by a signal. */
