@@ -245,8 +245,9 @@ static bool is_closed_patch(const struct march *march) {
 
 /* One net. A shell may be a deep cup, whose nets meet themselves, as those round a tube do: unless
  * it is flat it is watched, but where a team marches the quadrants at the same time. A net that
- * lies on itself then is marched again and watched from its first node on. Round the cup's wall one
- * that is not watched may go on without an end. */
+ * lies on itself then is marched again and watched from its first node on; that of an open patch
+ * does so only where it broke. Round the cup's wall one that is not watched may go on without an
+ * end. */
 static enum status march_net(struct march *march) {
     static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
     bool of_shell = !march->mesh && march->surface->shell, folded = false;
@@ -259,7 +260,7 @@ static enum status march_net(struct march *march) {
         march->watched || march->mesh || (deep && !march->settings->team) ||
         (!march->cut.slit[0] == !march->cut.slit[1] && closes_all_round(march->surface));
     const struct march begun = *march;
-    bool unexpected = (of_shell || closed) && !march->watched;
+    bool unexpected = march->surface && !march->mesh && !march->watched;
     const double *d = march->settings->spacing;
     march->max_nodes = march->settings->max_nodes;
     if (unexpected) {
@@ -289,7 +290,7 @@ static enum status march_net(struct march *march) {
         }
         if (stuck)
             return STATUS_START_STUCK;
-        if (unexpected && status == STATUS_OK)
+        if (unexpected && status == STATUS_OK && (of_shell || closed || march->counts.broken))
             status = march_find_overlap(march, &folded);
         if (!unexpected || !(folded || status == STATUS_TOO_MANY_NODES))
             return status;

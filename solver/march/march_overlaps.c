@@ -72,7 +72,7 @@ enum status march_find_overlap(struct march *march, bool *found) {
     for (size_t t = 0; status == STATUS_OK && t < count && suspects > 0 && !*found; t++) {
         if (what[t] != OVERLAP_TILE_SUSPECT)
             continue;
-        unsigned patches = overlap_layers(march->overlap, tiles[t], true);
+        unsigned patches = overlap_layers(march->overlap, tiles[t]);
         const struct net_node *node;
         struct surface_point point;
         int32_t i, j;
@@ -86,9 +86,8 @@ enum status march_find_overlap(struct march *march, bool *found) {
     return status;
 }
 
-/* A net lies on itself about cells that are turned over, or where it was not looked over and comes
- * back. Of a node and the corners of the cell on which it lies the one furthest from the start
- * along the yarns goes. */
+/* A net that was looked over lies on itself about cells that are turned over alone. Of a node and
+ * the corners of the cell on which it lies the one furthest from the start along the yarns goes. */
 enum status march_separate_layers(struct march *march) {
     struct overlap *watched = march->overlap;
     struct net_tile **tiles;
@@ -100,11 +99,11 @@ enum status march_separate_layers(struct march *march) {
     bool over = false;
     for (size_t t = 0; t < net_tile_count(march->net) && !over; t++)
         over = overlap_turns_over(march->net, tiles[t], march->settings->spacing, normals);
-    if (!over && (march->watched || march->surface->shell))
+    if (!over)
         return STATUS_OK;
     enum status status = index_net(march, march->counts.inside, true, NULL);
     for (size_t t = 0; t < net_tile_count(march->net) && status == STATUS_OK; t++) {
-        unsigned patches = overlap_layers(march->overlap, tiles[t], over);
+        unsigned patches = overlap_layers(march->overlap, tiles[t]);
         const struct net_node *node;
         struct surface_point point;
         int32_t far[2], cell[2];

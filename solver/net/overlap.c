@@ -256,9 +256,8 @@ static bool is_evenly_bent(const struct overlap *overlap, const struct overlap_p
 
 /* Those patches of a tile whose nodes may lie on another part of the net, as bits: not those whose
  * neighbours in space are near in the net, too, which is even there, or lie apart from them. `all`:
- * a net that lacks nodes is not taken to be even; `near`: of those alone that others are near. */
-static unsigned find_suspects(struct overlap *overlap, const struct net_tile *tile, bool all,
-                              bool near) {
+ * a net that lacks nodes is not taken to be even. */
+static unsigned find_suspects(struct overlap *overlap, const struct net_tile *tile, bool all) {
     unsigned suspects = 0;
     for (int at = 0; at < PATCHES * PATCHES; at++) {
         const struct overlap_patch *patch =
@@ -268,8 +267,7 @@ static unsigned find_suspects(struct overlap *overlap, const struct net_tile *ti
             continue;
         struct look look = {.overlap = overlap, .patch = patch, .all = all, .away = 1};
         (void)overlap_patches_meet(&overlap->patches, patch, overlap->reach, note_away, &look);
-        if ((near && look.away <= 1) ||
-            (look.away <= EVEN_MOST && is_evenly_bent(overlap, patch, look.away, all)))
+        if (look.away <= EVEN_MOST && is_evenly_bent(overlap, patch, look.away, all))
             continue;
         struct net_window window = net_window(overlap->net, tile->ti, tile->tj);
         separation_points(&window, patch_column(patch), patch_row(patch), &look.points);
@@ -280,11 +278,11 @@ static unsigned find_suspects(struct overlap *overlap, const struct net_tile *ti
 }
 
 unsigned overlap_suspects(struct overlap *overlap, const struct net_tile *tile) {
-    return find_suspects(overlap, tile, false, false);
+    return find_suspects(overlap, tile, false);
 }
 
-unsigned overlap_layers(struct overlap *overlap, const struct net_tile *tile, bool over) {
-    return find_suspects(overlap, tile, true, !over);
+unsigned overlap_layers(struct overlap *overlap, const struct net_tile *tile) {
+    return find_suspects(overlap, tile, true);
 }
 
 enum overlap_tile *overlap_look(struct net *net, struct net_tile *const *tiles,

@@ -50,9 +50,8 @@ void overlap_forget(struct overlap *overlap, int32_t i, int32_t j);
  * neighbours on the side of the generators. */
 unsigned overlap_suspects(struct overlap *overlap, const struct net_tile *tile);
 
-/* The same of any net whose tiles have all been added; unless it is turned `over` somewhere, only
- * patches near which in space there is a part of the net that is not next to them in the net. */
-unsigned overlap_layers(struct overlap *overlap, const struct net_tile *tile, bool over);
+/* The same of any net whose tiles have all been added. */
+unsigned overlap_layers(struct overlap *overlap, const struct net_tile *tile);
 
 /* A patch is a square of so many places a side, as a power of two; a quarter of a tile's. */
 enum { OVERLAP_PATCH_BITS = 2 };

@@ -130,10 +130,11 @@ static bool touch_first_in(const struct overlap_patches *patches, const struct o
 bool overlap_patches_meet(const struct overlap_patches *patches, const struct overlap_patch *patch,
                           double reach, bool (*enough)(void *context, int32_t other),
                           void *context) {
-    struct overlap_box inner = patch->box; /* of the nodes alone */
+    struct overlap_box inner = patch->box; /* of the nodes alone: of one, rounding leaves some */
     for (int k = 0; k < 3; k++) {
-        inner.low[k] += reach;
-        inner.high[k] -= reach;
+        double middle = (inner.low[k] + inner.high[k]) / 2;
+        inner.low[k] = fmin(inner.low[k] + reach, middle);
+        inner.high[k] = fmax(inner.high[k] - reach, middle);
     }
     struct overlap_cubes cubes = overlap_patches_cubes(patches, &inner);
     int64_t at[3];
