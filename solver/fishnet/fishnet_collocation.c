@@ -55,6 +55,14 @@ static double move_yarns(struct yarns *y, double rest) {
     return most;
 }
 
+/* How far the end of a geodesic of length d moves to the left for each radian of its direction: the
+ * Jacobi field, by the mean of the Gaussian curvature at both ends. */
+static double end_moves(const struct surface_point *from, const struct surface_point *to,
+                        double d) {
+    double k = (surface_point_gauss_curvature(from) + surface_point_gauss_curvature(to)) / 2;
+    return d * (1 - fmin(k * d * d / 6, 0.5));
+}
+
 /* Rounds until the ends meet, as long as points move less from one to the next; moves `point` to
  * where they do, and counts them. */
 static bool meet_yarns(struct surface_cursor *cursor, const struct fishnet_cell *cell,
@@ -73,7 +81,7 @@ static bool meet_yarns(struct surface_cursor *cursor, const struct fishnet_cell 
         if (!collocation_begin(&y->path[k], from, d, tangent, wanted->length[k],
                                splits[attempt].pieces, wanted->lanes))
             return false;
-        y->size[k] = fishnet_end_moves(from, d, wanted->length[k]);
+        y->size[k] = end_moves(from, d, wanted->length[k]);
     }
     for (int round = 1; round <= ROUNDS; round++) {
         double moved = move_yarns(y, round == 1 ? splits[attempt].rest : HUGE_VAL) / least;

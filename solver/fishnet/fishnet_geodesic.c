@@ -14,7 +14,7 @@ static const double tolerance = 1e-11;
 
 /* Local errors of rays against what their ends may be apart; of the first ones, which miss each
  * other anyway; and of the next, against how far the last ended apart. */
-static const double ray_share = 0.1, first_accuracy = 1e-7, next_share = 1e-4;
+static const double ray_share = 0.1, first_accuracy = 1e-6, next_share = 0.1;
 static const double finest_accuracy = 1e-12;
 
 /* A last step that is wrong by less than this share of what ends may be apart is taken without
@@ -32,6 +32,7 @@ struct ray {
     bool stays;              /* on its face's continuation */
     double reach;            /* as a path's */
     double error;            /* estimated, by its length */
+    double moves;            /* its end, to the left, for each radian of its direction */
     struct vec3 direction;   /* at its start: unit, tangential */
     struct surface_point end;
     struct vec3 end_tangent; /* in the tangent plane there */
@@ -51,8 +52,7 @@ bool fishnet_pull_to(struct surface_cursor *cursor, const struct surface_point *
 
 /* How the end moves for each radian of the direction about the normal. */
 static struct vec3 jacobi_field(const struct ray *ray) {
-    return vec3_scale(fishnet_end_moves(ray->from, &ray->end, ray->length),
-                      vec3_cross(ray->end.normal, ray->end_tangent));
+    return vec3_scale(ray->moves, vec3_cross(ray->end.normal, ray->end_tangent));
 }
 
 static void turn_ray(struct ray *ray, double angle) {
@@ -73,6 +73,8 @@ static bool aim_path(const struct ray *ray, struct path *path) {
     path->accuracy = ray->accuracy;
     path->stays = ray->stays;
     path->reach = ray->reach;
+    path->carries = true;
+    path->field[1] = 1;
     return made;
 }
 
@@ -81,6 +83,7 @@ static bool end_ray(struct surface_cursor *cursor, const struct path *path, stru
     if (!path_surface_point(path, cursor, &ray->end, &tangent))
         return false;
     ray->error = path->error / ray->length;
+    ray->moves = path->field[0];
     ray->end_tangent = fishnet_path_tangent(path, &ray->end, tangent);
     return true;
 }
@@ -91,9 +94,8 @@ static bool end_ray(struct surface_cursor *cursor, const struct path *path, stru
  * they make a few hundred. */
 enum { TRIED_MOST = 2000 };
 
-/* Ends that come no nearer than to this share of the gap, so many rounds in a row, do not meet; to
- * a larger share than this, the Jacobi field is corrected by how they moved. */
-static const double stalled_share = 0.95, slow_share = 0.05;
+/* Ends that come no nearer than to this share of the gap, so many rounds in a row, do not meet. */
+static const double stalled_share = 0.95;
 
 /* Gaps of more than so many estimated errors of their rays are none of these errors. */
 static const double sure = 30;
@@ -103,9 +105,8 @@ static const double sure = 30;
 struct meeting {
     struct ray ray[2];
     struct vec3 gap, by[2], end_tangent;
-    struct vec3 learnt[2]; /* what is added to the Jacobi fields in `by` */
-    bool stalled, astray;  /* shorter steps and smaller angles do not help */
-    bool *met;             /* as of yarns: a joint, each ray */
+    bool stalled, astray; /* shorter steps and smaller angles do not help */
+    bool *met;            /* as of yarns: a joint, each ray */
 };
 
 /* `tried` gathers the rays' steps. */
@@ -125,8 +126,8 @@ static bool shoot_both(struct surface_cursor *cursor, struct meeting *m, int *tr
     struct unfolding_side to = unfolding_point(&m->ray[1].end);
     struct unfolding unfolding = unfolding_between(&from, &to);
     m->gap = unfolding_gap(&from, &to, &unfolding);
-    m->by[0] = vec3_add(jacobi_field(&m->ray[0]), m->learnt[0]);
-    m->by[1] = vec3_add(unfolding_back(&unfolding, jacobi_field(&m->ray[1])), m->learnt[1]);
+    m->by[0] = jacobi_field(&m->ray[0]);
+    m->by[1] = unfolding_back(&unfolding, jacobi_field(&m->ray[1]));
     m->end_tangent = unfolding_back(&unfolding, m->ray[1].end_tangent);
     return true;
 }
@@ -137,6 +138,11 @@ static bool crosses_rightly(const struct fishnet_cell *cell, const struct meetin
     return cell->orientation * vec3_dot(cross, m->ray[0].end.normal) > 0;
 }
 
+/* Whether D is on the right side: by chords, as of a smooth cell, or the yarns' own. */
+static bool ends_rightly(const struct fishnet_cell *cell, bool chords, const struct meeting *m) {
+    return chords ? fishnet_right_root(cell, &m->ray[0].end) : crosses_rightly(cell, m);
+}
+
 /* Whether the yarns cross the other way before and after a step, and so after a smaller one. */
 static bool stay_crossed(const struct fishnet_cell *cell, const struct meeting *before,
                          const struct meeting *after) {
@@ -144,11 +150,11 @@ static bool stay_crossed(const struct fishnet_cell *cell, const struct meeting *
 }
 
 /* What a Newton step is wrong by, as a share of it: by the step itself, and by what the Jacobi
- * field leaves out, where curvature changes and where there is much of it. */
-static double newton_error(const struct ray *ray, double step) {
-    double d2 = ray->length * ray->length, k = surface_point_gauss_curvature(ray->from) * d2;
-    double end = surface_point_gauss_curvature(&ray->end) * d2, mean = (k + end) / 2;
-    return 4 * step + fabs(end - k) / 20 + mean * mean / 60;
+ * field leaves out, at least. */
+static const double bent_step = 4, field_error = 3e-3;
+
+static double left_of_step(double step, double slow) {
+    return step * (bent_step * step + fmax(field_error, slow));
 }
 
 /* Rays on their way to each other. */
@@ -157,7 +163,7 @@ struct approach {
     double least, gap, enough; /* the shorter length; in it, how far they are apart and may be */
     double angle[2];           /* that are to close the gap, halved so often: */
     int halvings, stalls;
-    bool exact; /* nothing is learnt any more */
+    double slow; /* the share of a gap that the last step left, beyond its own square */
 };
 
 /* Moves the end of the first ray by the angles' share of the gap, and turns both, where that is
@@ -167,8 +173,7 @@ static bool settle_ends(struct surface_cursor *cursor, struct meeting *m,
     struct surface_point end;
     double step = fmax(fabs(to->angle[0]), fabs(to->angle[1]));
     struct ray *ray = m->ray;
-    double wrong = fmax(newton_error(&ray[0], step), newton_error(&ray[1], step));
-    if (!(fmax(step, to->gap) * wrong < settled_share * to->enough) ||
+    if (!(left_of_step(fmax(step, to->gap), to->slow) < settled_share * to->enough) ||
         ray[0].end.surface->has_poles ||
         !surface_point_move(cursor, &ray[0].end, vec3_scale(to->angle[0], m->by[0]), &end))
         return false;
@@ -187,6 +192,14 @@ static bool settle_ends(struct surface_cursor *cursor, struct meeting *m,
     return true;
 }
 
+/* What the next rays are held to: to the end where a step from theirs will settle it. */
+static double next_accuracy(const struct approach *to) {
+    double next = left_of_step(to->gap, to->slow);
+    if (left_of_step(next, to->slow) < settled_share * to->enough)
+        return to->finest;
+    return fmax(to->finest, fmin(to->coarsest, next_share * next));
+}
+
 static double doubt_of(const struct meeting *m) {
     return sure * (m->ray[0].error + m->ray[1].error);
 }
@@ -202,7 +215,7 @@ static bool shoot_finely(struct surface_cursor *cursor, struct approach *to, str
 
 /* What may help where the last angles left a gap of `missed`, infinite if rays could not be
  * followed: shorter steps, of the next rays or, as the gap may have been their own error, of these;
- * the fields as they were; smaller angles. False when nothing does. */
+ * smaller angles. False when nothing does. */
 static bool try_again(struct surface_cursor *cursor, struct approach *to, double missed,
                       struct meeting *m, int *tried) {
     bool followed = missed < HUGE_VAL;
@@ -213,36 +226,19 @@ static bool try_again(struct surface_cursor *cursor, struct approach *to, double
     }
     if (m->ray[0].accuracy > to->finest && (!followed || fabs(missed - to->gap) <= doubt))
         return shoot_finely(cursor, to, m, tried);
-    double learnt2 = vec3_norm2(m->learnt[0]) + vec3_norm2(m->learnt[1]);
-    for (int k = 0; k < 2 && !to->exact; k++) {
-        m->by[k] = vec3_sub(m->by[k], m->learnt[k]);
-        m->learnt[k] = vec3_make(0, 0, 0);
-    }
-    if (!to->exact && learnt2 > 0) {
-        to->exact = true;
-        return true;
-    }
     to->angle[0] /= 2;
     to->angle[1] /= 2;
     m->stalled = ++to->halvings == HALVINGS_MAX && followed && to->gap > doubt;
     return to->halvings < HALVINGS_MAX;
 }
 
-/* Takes the angles that led to `next`; false when the ends have come no nearer for long. What a
- * step of these angles has left of the gap is put into the fields, by the smallest change that
- * explains it (Broyden's), where these are of curvature that changes much on the way. */
+/* Takes the angles that led to `next`; false when the ends have come no nearer for long. */
 static bool come_closer(struct approach *to, double closer, const struct meeting *next,
                         struct meeting *m) {
     bool certain = closer > doubt_of(m) + doubt_of(next);
+    double step = fmax(fabs(to->angle[0]), fabs(to->angle[1]));
     *m = *next;
-    if (certain && to->halvings == 0 && !to->exact && closer > slow_share * to->gap) {
-        double angle2 = to->angle[0] * to->angle[0] + to->angle[1] * to->angle[1];
-        const double by[2] = {-to->angle[0] / angle2, to->angle[1] / angle2};
-        for (int k = 0; k < 2; k++) {
-            m->learnt[k] = vec3_axpy(by[k], m->gap, m->learnt[k]);
-            m->by[k] = vec3_axpy(by[k], m->gap, m->by[k]);
-        }
-    }
+    to->slow = certain ? closer / to->gap - bent_step * step : 0;
     to->stalls = certain && closer > stalled_share * to->gap ? to->stalls + 1 : 0;
     to->halvings = 0;
     to->gap = closer;
@@ -263,6 +259,7 @@ static enum fishnet_end approach_by(const struct surface *surface, struct surfac
         .coarsest = rays[0], .finest = rays[1], .least = fmin(m->ray[0].length, m->ray[1].length)};
     to.enough = accuracy + rounding * surface->magnitude / to.least;
     m->ray[0].accuracy = m->ray[1].accuracy = rays[0];
+    node->residual = HUGE_VAL;
     if (!shoot_both(cursor, m, &node->tried))
         return FISHNET_NO_CONVERGENCE;
     to.gap = vec3_norm(m->gap) / to.least;
@@ -287,12 +284,11 @@ static enum fishnet_end approach_by(const struct surface *surface, struct surfac
         if (to.halvings == 0 && fine && settle_ends(cursor, m, &to)) {
             node->residual = settled_share * to.enough;
             node->point = m->ray[0].end;
-            bool right = chords ? fishnet_right_root(cell, &node->point) : crosses_rightly(cell, m);
-            return right ? FISHNET_FOUND : FISHNET_COLLAPSED;
+            return ends_rightly(cell, chords, m) ? FISHNET_FOUND : FISHNET_COLLAPSED;
         }
         struct meeting next = *m;
         for (int k = 0; k < 2; k++) {
-            next.ray[k].accuracy = fmax(rays[1], fmin(to.coarsest, next_share * to.gap));
+            next.ray[k].accuracy = next_accuracy(&to);
             turn_ray(&next.ray[k], to.angle[k]);
         }
         bool followed = shoot_both(cursor, &next, &node->tried);
@@ -301,10 +297,9 @@ static enum fishnet_end approach_by(const struct surface *surface, struct surfac
         m->stalled = !chords && closer < to.gap && stay_crossed(cell, m, &next);
         if (m->astray || m->stalled)
             break;
-        bool right = closer < to.gap && (chords ? fishnet_right_root(cell, &next.ray[0].end)
-                                                : crosses_rightly(cell, &next));
-        going = right ? come_closer(&to, closer, &next, m)
-                      : try_again(cursor, &to, closer, m, &node->tried);
+        going = closer < to.gap && ends_rightly(cell, chords, &next)
+                    ? come_closer(&to, closer, &next, m)
+                    : try_again(cursor, &to, closer, m, &node->tried);
     }
     return fishnet_has_collapsed(cell) ? FISHNET_COLLAPSED : FISHNET_NO_CONVERGENCE;
 }
@@ -320,7 +315,7 @@ static const double rough_gap = 1e-4;
 
 /* Roughly at first and, should that fail, once more with rays that are right from the start; not
  * where even rough ones cannot be followed, or come no nearer to each other, or one is led to where
- * the continuation is not trusted. */
+ * the continuation is not trusted. Rays that jump over gaps may not come nearer than these. */
 static enum fishnet_end meet_rays(const struct surface *surface, struct surface_cursor *cursor,
                                   const struct fishnet_cell *cell, double accuracy, double last,
                                   bool chords, struct meeting *m, struct fishnet_node *node) {
@@ -330,18 +325,18 @@ static enum fishnet_end meet_rays(const struct surface *surface, struct surface_
     const double roughly[2] = {fmax(first_accuracy, last), last};
     const double finest = fmax(finest_accuracy, last / 100), strictly[2] = {finest, finest};
     enum fishnet_end end = approach_by(surface, cursor, cell, accuracy, roughly, chords, m, node);
-    if (end != FISHNET_NO_CONVERGENCE || node->iterations == before || m->stalled || m->astray ||
-        !(node->residual < rough_gap))
+    if (end != FISHNET_NO_CONVERGENCE || node->iterations == before || m->astray)
         return end;
-    *m = begun;
-    node->point = start;
-    end = approach_by(surface, cursor, cell, accuracy, strictly, chords, m, node);
+    if (!m->stalled && node->residual < rough_gap) {
+        *m = begun;
+        node->point = start;
+        end = approach_by(surface, cursor, cell, accuracy, strictly, chords, m, node);
+    }
     double jump = jump_at_joints(surface) / fmin(m->ray[0].length, m->ray[1].length);
     if (end != FISHNET_NO_CONVERGENCE || !(node->residual <= accuracy + jump))
         return end;
-    *m = begun;
-    node->point = start;
-    return approach_by(surface, cursor, cell, accuracy + jump, strictly, chords, m, node);
+    node->point = m->ray[0].end;
+    return ends_rightly(cell, chords, m) ? FISHNET_FOUND : FISHNET_COLLAPSED;
 }
 
 enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
@@ -403,7 +398,7 @@ bool fishnet_geodesic_between(const struct surface *surface, struct surface_curs
         struct vec3 field = jacobi_field(&ray);
         double angle = vec3_dot(gap, field) / vec3_norm2(field);
         bool found = miss <= enough;
-        if (!found && miss * newton_error(&ray, miss / ray.length) < settled_share * enough) {
+        if (!found && ray.length * left_of_step(miss / ray.length, 0) < settled_share * enough) {
             struct vec3 normal = ray.end.normal;
             found = true;
             ray.length += vec3_dot(gap, ray.end_tangent);

@@ -6,10 +6,10 @@
  * Geodesics of the wanted lengths leave B and C at unknown angles beta and gamma; D is where their
  * ends meet. The end of one moves at right angles to it, by J = d - K d^3 / 6 + .. for each radian
  * of its angle (the Jacobi field; K is the Gaussian curvature), so that a Newton step for both
- * angles is a system of two equations; what is left out of J makes it converge by a factor of
- * (K d^2)^2 a step. Ends on two sides of a knot line are compared in one plane, unfolded about it:
- * on a developable surface, creased or not, J and the step are exact. Where there is no crease the
- * geodesics are found by collocation (`fishnet_collocation.h`), elsewhere integrated, and shot.
+ * angles is a system of two equations. Ends on two sides of a knot line are compared in one plane,
+ * unfolded about it: on a developable surface, creased or not, J and the step are exact. Where
+ * there is no crease the geodesics are found by collocation (`fishnet_collocation.h`), elsewhere
+ * integrated with J beside them, and shot.
  */
 #ifndef SOLVER_FISHNET_FISHNET_GEODESIC_H
 #define SOLVER_FISHNET_FISHNET_GEODESIC_H
@@ -51,14 +51,6 @@ bool fishnet_geodesic_between(const struct surface *surface, struct surface_curs
                               const struct surface_point *p, const struct surface_point *q,
                               double accuracy, double *length, struct vec3 *start,
                               struct vec3 *end);
-
-/* How far the end of a geodesic of length d moves to the left for each radian of its direction: the
- * Jacobi field, by the mean of the Gaussian curvature at both ends. */
-static inline double fishnet_end_moves(const struct surface_point *from,
-                                       const struct surface_point *to, double d) {
-    double k = (surface_point_gauss_curvature(from) + surface_point_gauss_curvature(to)) / 2;
-    return d * (1 - fmin(k * d * d / 6, 0.5));
-}
 
 /* The angles for which angle[0] b - angle[1] c = gap, in the least-squares sense of the tangent
  * plane. False where the square of the sine between b and c is less than `sine2`. */

@@ -181,7 +181,7 @@ void march_note_edges(struct march *march, const struct march_cell *at, const st
 /* How far the ends of a rough cell's yarns may be apart, by their length, and for geodesics that
  * are shot how accurate their steps are. */
 static const double length_accuracy = 3e-8;
-static const double geodesic_accuracy[] = {1e-11, 1e-12}, rough_accuracy[] = {9e-10, 9e-11};
+static const double geodesic_accuracy[] = {1e-11, 1e-12}, rough_accuracy[] = {9e-10, 2e-9};
 
 /* How far from its face a yarn may lie that stays on its continuation, by its length: the way that
  * keeps to the joint between is longer by 8/3 of this squared. */

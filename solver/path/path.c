@@ -297,6 +297,13 @@ static bool goes_astray(struct path *path) {
     return path_is_astray(path);
 }
 
+/* Notes that the path has gone so far from where it was before. */
+static void note_way(struct path *path, const struct path *before, double gone) {
+    if (path->carries && gone > 0)
+        path_carry_field(before, gone, path);
+    path->gone += gone;
+}
+
 /* Steps, the first with the number `round`, until `remaining` is gone, or so many that the advance
  * leads nowhere. Towards a pole many are needed, and each may be tried more than once. */
 static bool go_on(struct path *path, double remaining, struct effort *effort, int round) {
@@ -307,6 +314,7 @@ static bool go_on(struct path *path, double remaining, struct effort *effort, in
             return false;
         const struct surface *surface = path->surface;
         const int span[2] = {path->span[0], path->span[1]};
+        struct path before = *path;
         if (!pass_poles(path, &h))
             return false;
         if (path->ahead > 0)
@@ -315,7 +323,7 @@ static bool go_on(struct path *path, double remaining, struct effort *effort, in
                                                                              &gone))
             return false;
         path->ahead = 0;
-        path->gone += gone;
+        note_way(path, &before, gone);
         remaining -= gone;
         if (path->surface != surface || path->span[0] != span[0] || path->span[1] != span[1])
             effort->steps = effort->failures = 0;
@@ -367,7 +375,7 @@ bool path_advance_both(struct path path[2], const double length[2]) {
                 return false;
             continue;
         }
-        path[k].gone += gone;
+        note_way(&path[k], &before, gone);
         if (!taken || !go_on(&path[k], length[k] - gone, &effort, 1))
             return false;
     }

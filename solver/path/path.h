@@ -39,15 +39,18 @@ struct path {
     double error;           /* the sum of the steps' estimated local errors, a length */
     struct surface_jet jet; /* of where it is, as its span has it, if `has_jet` */
     bool has_jet;
-    bool stays;   /* on the continuation of its face, over no joint */
-    bool met;     /* a joint, which it may have passed */
-    double reach; /* beyond the boundary it is lost where the continuation is not trusted, which
-                     it is up to so far from it; 0: anywhere */
-    int astray;   /* steps that ended there */
-    int tried;    /* steps, those that were too long among them */
-    bool ended;   /* it has come to a fold of the surface back on itself */
-    double ahead; /* length already gone of the next advance: a pole is left with a leap */
-    double gone;  /* the length of the way to (u, v) */
+    bool stays;      /* on the continuation of its face, over no joint */
+    bool met;        /* a joint, which it may have passed */
+    double reach;    /* beyond the boundary it is lost where the continuation is not trusted, which
+                        it is up to so far from it; 0: anywhere */
+    int astray;      /* steps that ended there */
+    int tried;       /* steps, those that were too long among them */
+    bool ended;      /* it has come to a fold of the surface back on itself */
+    double ahead;    /* length already gone of the next advance: a pole is left with a leap */
+    double gone;     /* the length of the way to (u, v) */
+    bool carries;    /* its Jacobi field: */
+    double field[2]; /* how far it moves to the left for each radian by which it sets off otherwise,
+                        and how that changes along it; (0, 1) where it sets off */
     const struct drape_curvature *curvature; /* of a steered geodesic, along it by `sense`; NULL:
                                                 straight */
     struct vec3 plane;                       /* PATH_SECTION: the normal, signed as the path goes */

@@ -11,6 +11,10 @@ static const double parabola_share = 1e-2;
  * root of its accuracy. */
 static const double first_pace = 11;
 
+/* A Jacobi field turns by no more than this in a step, as the square of an angle: the series do not
+ * reach further. */
+static const double field_turn = 4;
+
 bool path_head_for(const struct surface_jet *jet, struct vec3 t, double velocity[2]) {
     struct surface_point point = {
         .jet = *jet, .first = {vec3_norm2(jet->u), vec3_dot(jet->u, jet->v), vec3_norm2(jet->v)}};
@@ -138,6 +142,32 @@ double path_try_step(const struct path *g, const struct path_footing *at, double
     dormand_step(path_slope, g, h, at->state, out, &error);
     path_redirect(g, out);
     return path_error_of_step(g, at, h, &error);
+}
+
+static double gauss_curvature_of(const struct surface_jet *jet) {
+    struct vec3 across = vec3_cross(jet->u, jet->v);
+    double area2 = vec3_norm2(across), m = vec3_dot(jet->uv, across);
+    return (vec3_dot(jet->uu, across) * vec3_dot(jet->vv, across) - m * m) / (area2 * area2);
+}
+
+/* y'' = -K y with the K of the middle of the step, by the series of cosine and sine of sqrt(K) h.
+ */
+void path_carry_field(const struct path *from, double h, struct path *to) {
+    const bool over_joint = from->surface != to->surface;
+    struct surface_jet jet;
+    double uv[2];
+    for (int k = 0; k < 2; k++)
+        uv[k] = over_joint
+                    ? from->uv[k] + h / 2 * from->velocity[k]
+                    : (from->uv[k] + to->uv[k]) / 2 + h / 8 * (from->velocity[k] - to->velocity[k]);
+    path_jet(from, uv, &jet);
+    double x = gauss_curvature_of(&jet) * h * h;
+    x = isfinite(x) ? fmin(fmax(x, -field_turn), field_turn) : 0;
+    double cosine = 1 - x / 2 * (1 - x / 12 * (1 - x / 30));
+    double sine = 1 - x / 6 * (1 - x / 20 * (1 - x / 42));
+    const double moves = from->field[0], rate = h * from->field[1];
+    to->field[0] = cosine * moves + sine * rate;
+    to->field[1] = (cosine * rate - x * sine * moves) / h;
 }
 
 bool path_parabola(const struct path *g, const struct path_footing *at, double h, vec4 *y) {

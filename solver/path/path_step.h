@@ -79,6 +79,10 @@ static inline double path_rescaling(double error) {
 
 double path_allowed_error(const struct path *g, const struct path_footing *at, double h);
 
+/* Carries the Jacobi field of a geodesic along its step of h > 0: exactly where the curvature does
+ * not change, and over joints as over none. */
+void path_carry_field(const struct path *from, double h, struct path *to);
+
 /* The first step worth trying. */
 double path_first_pace(const struct path *g, const struct path_footing *at);
 

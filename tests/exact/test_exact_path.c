@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Paths past the corners of spans: on a sphere, split as one likes, geodesics are great circles.
  * And geodesics that are measured instead: on a sphere and, as helices, on a cylinder; and those
- * that are found by collocation, beside the integrated ones. DRAPED_SEED sets the seed. */
+ * that are found by collocation, beside the integrated ones; and Jacobi fields. DRAPED_SEED sets
+ * the seed. */
 #include "pieces.h"
 #include "shapes.h"
 #include "solver/fishnet/logarithm.h"
@@ -376,6 +377,62 @@ static void test_exact_path_is_lost_where_nothing_is_trusted(void **state) {
     check_below(steps, 0.8 * anywhere_steps);
 }
 
+/* How much a Jacobi field of a geodesic is off from that between it and two turned by a hair. */
+static double field_error(const struct surface *surface, const struct surface_point *from,
+                          struct vec3 direction, double length) {
+    static const double hair = 1e-4;
+    struct surface_cursor cursor = {0, 0};
+    struct surface_point end[3];
+    struct path path;
+    struct vec3 left = vec3_cross(from->normal, direction), tangent;
+    double field = 0;
+    for (int k = -1; k <= 1; k++) {
+        assert_true(path_geodesic(&path, surface, from, vec3_axpy(k * hair, left, direction)));
+        path.carries = true;
+        path.field[1] = 1;
+        path.accuracy = k ? 1e-12 : 1e-9;
+        assert_true(path_advance(&path, length));
+        assert_true(path_surface_point(&path, &cursor, &end[k + 1], k ? NULL : &tangent));
+        field = k ? field : path.field[0];
+    }
+    struct vec3 moved = vec3_sub(end[2].jet.r, end[0].jet.r);
+    double exact = vec3_dot(moved, vec3_cross(end[1].normal, tangent)) / (2 * atan(hair));
+    return fabs(field - exact) / length;
+}
+
+/* On a sphere the sine of the length, on any other surface what its neighbours say. */
+static void test_exact_path_carries_its_jacobi_field(void **state) {
+    static struct shape shapes[2];
+    const double range[2] = {-0.5, 0.5};
+    double worst[2] = {0, 0};
+    (void)state;
+    shape_stereographic(&shapes[0], 1, range, range);
+    shape_freeform(&shapes[1]);
+    for (int n = 0; n < 2; n++) {
+        struct arena *arena = arena_new((size_t)1 << 26);
+        struct surface *surface;
+        struct nurbs nurbs = shape_nurbs(&shapes[n]);
+        assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+        for (int k = 0; k < DIRECTIONS; k++) {
+            struct surface_cursor cursor = {0, 0};
+            struct surface_point from;
+            double uv[2], angle = 2 * M_PI * k / DIRECTIONS;
+            for (int a = 0; a < 2; a++)
+                uv[a] = (surface_axis_lower(&surface->axis[a]) +
+                         surface_axis_upper(&surface->axis[a])) /
+                        2;
+            assert_true(surface_point_at(surface, &cursor, uv, &from));
+            struct vec3 u = vec3_unit(from.jet.u), v = vec3_cross(from.normal, u);
+            struct vec3 t = vec3_axpy(sin(angle), v, vec3_scale(cos(angle), u));
+            worst[n] = fmax(worst[n], field_error(surface, &from, t, surface->size / 4));
+        }
+        arena_free(arena);
+    }
+    printf("  off by %.1e on a sphere, %.1e on a free form\n", worst[0], worst[1]);
+    check_below(worst[0], 1e-7);
+    check_below(worst[1], 1e-3);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_path_passes_corners_of_spans),
@@ -383,6 +440,7 @@ int main(void) {
         cmocka_unit_test(test_exact_path_logarithms_over_joints_at_a_pole),
         cmocka_unit_test(test_exact_path_collocation_follows_geodesics),
         cmocka_unit_test(test_exact_path_collocation_on_sphere),
+        cmocka_unit_test(test_exact_path_carries_its_jacobi_field),
         cmocka_unit_test(test_exact_path_is_lost_where_nothing_is_trusted),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
