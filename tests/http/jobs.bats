@@ -293,7 +293,7 @@ END
 @test "http: events tell the progress and then the end" {
     start --workers 1
     stop_workers
-    slow 1.2 | jq '.method = "geodesic"' | submit # some seconds of work, but a small result
+    slow 1.6 | jq '.method = "geodesic"' | submit # some seconds of work, but a small result
     curl -sSN --max-time 55 "$URL/v1/drapes/$id/events" >"$BATS_TEST_TMPDIR/events" 3>&- &
     reader=$!
     wait_until 10 grep -q '^event: progress' "$BATS_TEST_TMPDIR/events"
