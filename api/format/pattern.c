@@ -67,11 +67,11 @@ static void make_sheet(const struct encoder *encoder, struct pattern_state *stat
     struct pattern_sheet *sheet = &state->sheet;
     double size = 0;
     polygons_bounds(&state->cut.polygons, sheet->cut_low, sheet->cut_high);
-    polygons_bounds(state->allowed.count ? &state->allowed : &state->cut.polygons, sheet->low,
-                    sheet->high);
+    /* An outline that crosses itself may reach beyond its allowance. */
+    polygons_bounds(&state->allowed, sheet->low, sheet->high);
     for (int k = 0; k < 2; k++) {
-        sheet->low[k] = fmin(sheet->low[k], 0);
-        sheet->high[k] = fmax(sheet->high[k], 0);
+        sheet->low[k] = fmin(fmin(sheet->low[k], sheet->cut_low[k]), 0);
+        sheet->high[k] = fmax(fmax(sheet->high[k], sheet->cut_high[k]), 0);
         size = fmax(size, sheet->high[k] - sheet->low[k]);
     }
     size = fmax(size, sheet->step[0]);

@@ -184,7 +184,7 @@ static void draw_inset_foot(struct api_text *text, const struct pattern_sheet *s
     .line = draw_group_line, .after_shape = "\"/>\n",                                              \
     .before = {                                                                                    \
         "<path id=\"allowance\" stroke=\"#06c\" d=\"",                                             \
-        "<path id=\"cut\" fill=\"#eee\" fill-rule=\"evenodd\" d=\"",                               \
+        "<path id=\"cut\" fill=\"#eee\" d=\"",                                                     \
         "<g id=\"locked\" fill=\"url(#hatch)\" stroke=\"none\">\n",                                \
         "</g>\n<path id=\"bare\" stroke=\"#e08a00\" stroke-width=\"0.4%\" d=\"",                   \
         "\"/>\n<path id=\"collapsed\" stroke=\"#c0008a\" stroke-width=\"0.4%\" d=\"",              \

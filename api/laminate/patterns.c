@@ -327,7 +327,7 @@ static void write_svg(const struct cut_sheet *sheet, struct api_text *text) {
                     "<svg xmlns=\"http://www.w3.org/2000/svg\" "
                     "width=\"%.9gmm\" height=\"%.9gmm\" viewBox=\"0 0 %.9g %.9g\">\n",
                     width, height, width, height);
-    api_text_raw(text, "<g fill=\"none\" stroke=\"black\" fill-rule=\"evenodd\" "
+    api_text_raw(text, "<g fill=\"none\" stroke=\"black\" "
                        "vector-effect=\"non-scaling-stroke\" class=\"cut\">\n");
     for (size_t r = 0; r < sheet->roll_count; r++)
         write_svg_paths(sheet, &sheet->rolls[r], mm, text);

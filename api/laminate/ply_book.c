@@ -171,7 +171,7 @@ static void draw_pattern(const struct ply_book *book, const struct flat_ply *sha
                     "<svg role=\"img\" aria-label=\"Flat pattern\" viewBox=\"-4 -4 %.2f %.2f\" ",
                     length * scale + 8, width * scale + 8);
     api_text_format(text, "width=\"%.0f\">\n", length * scale + 8);
-    api_text_raw(text, "<path fill=\"#eef2f8\" fill-rule=\"evenodd\" stroke=\"#1b2330\" "
+    api_text_raw(text, "<path fill=\"#eef2f8\" stroke=\"#1b2330\" "
                        "stroke-width=\"1.5\" d=\"");
     for (size_t n = 0; n < cut->count; n++) /* y upwards, at a scale that fits the figure */
         api_text_format(text, "%s%.2f %.2f%s", n == 0 || cut->points[n - 1].last ? "M" : "L",
