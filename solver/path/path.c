@@ -28,8 +28,9 @@ static const double shortest = 1e-10;
 /* A joint that is met within this share of a step is where the step begins. */
 static const double at_joint = 1e-9;
 
-/* Relative accuracy of a chord along a path. */
-static const double chord_tolerance = 1e-13, chord_rounding = 2e-15;
+/* Relative accuracy of a chord along a path; and what is left of it where polynomials cancel far
+ * beyond the domain. */
+static const double chord_tolerance = 1e-13, chord_rounding = 2e-15, chord_known = 1e-7;
 
 /* Steps and crossings of one advance; far more than any line needs. */
 static const int rounds_max = 4 * NURBS_SIZE_MAX;
@@ -196,12 +197,26 @@ static struct attempt plan_step(const struct path *g, double h) {
     return a;
 }
 
+/* Notes how wrong the change of the velocity is where polynomials cancel far beyond the domain: a
+ * shorter step's error has not fallen there with the cube of its length, as it does with the eighth
+ * power. Steps that get shorter and shorter would end the path. */
+static void note_noise(struct path *g, struct attempt *a, const struct attempt *longer) {
+    double inside[2], share = a->h / longer->h;
+    double error = a->error * path_allowed_error(g, &a->at, a->h);
+    double before = longer->error * path_allowed_error(g, &a->at, longer->h);
+    if (!(error > share * share * share * before) || !path_clamp(g, inside))
+        return;
+    g->noise = fmax(g->noise, 2 * error / (a->h * a->h));
+    a->error = error / path_allowed_error(g, &a->at, a->h);
+}
+
 /* Takes a step that has been tried, or a shorter one as long as that is worth trying; the length it
  * went. */
 static bool take_step(struct path *g, struct attempt *a, struct effort *effort, double *length) {
     struct path_event event;
     g->tried++;
     while (!path_followed(a->error)) {
+        const struct attempt longer = *a;
         a->h *= fmin(path_rescaling(a->error), 0.85);
         a->at_knot = a->cut_short = false;
         bool many = ++effort->failures > FAILURES_MAX && !g->surface->has_poles;
@@ -209,6 +224,7 @@ static bool take_step(struct path *g, struct attempt *a, struct effort *effort, 
             return false;
         g->tried++;
         a->error = path_try_step(g, &a->at, a->h, &a->y);
+        note_noise(g, a, &longer);
     }
     double pace = a->h * path_rescaling(a->error);
     g->error += a->error * path_allowed_error(g, &a->at, a->h);
@@ -434,7 +450,7 @@ bool path_advance_chord(struct path *path, struct surface_cursor *cursor, double
         double size = vec3_norm(chord), rate = vec3_dot(chord, tangent) / size;
         if (fabs(size - d) <= enough || round == CHORD_ROUNDS - 1) {
             *path = ahead;
-            return fabs(size - d) <= 1e3 * enough + jump;
+            return fabs(size - d) <= chord_known * d + jump;
         }
         if (!(rate > 0.1))
             return false;

@@ -35,6 +35,8 @@ struct path {
     int span[2];
     double turn[2];         /* what to take off uv to be in the domain of the span */
     double accuracy;        /* local error allowed, as a share of the step: 1e-12 unless set */
+    double noise;           /* by which its velocity's change per length is off beyond the domain,
+                               by rounding, as far as its steps have told */
     double pace;            /* the step that the last one suggests; 0: none */
     double error;           /* the sum of the steps' estimated local errors, a length */
     struct surface_jet jet; /* of where it is, as its span has it, if `has_jet` */

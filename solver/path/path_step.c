@@ -4,6 +4,9 @@
 /* Rounding in the sums of one step, as a share of the surface's coordinates. */
 static const double rounding = 4e-15;
 
+/* Beyond the domain rounding may be this share of a step. */
+static const double noise_most = 1e-6;
+
 /* A step is next to nothing where it leaves out this share of what its velocity may be wrong by. */
 static const double parabola_share = 1e-2;
 
@@ -115,7 +118,10 @@ struct path_footing path_footing_of(const struct path *g) {
 }
 
 double path_allowed_error(const struct path *g, const struct path_footing *at, double h) {
-    return g->accuracy * h + rounding * (g->surface->size + vec3_norm(at->jet.r));
+    double inside[2],
+        error = g->accuracy * h + rounding * (g->surface->size + vec3_norm(at->jet.r));
+    bool noisy = g->noise > 0 && path_clamp(g, inside);
+    return noisy ? error + fmin(g->noise * h, noise_most) * h : error;
 }
 
 /* The length over which the velocity in parameters turns or changes by much. */
@@ -223,5 +229,6 @@ bool path_enter(struct path *g, const struct surface_place *place, struct vec3 d
         g->kind = PATH_GEODESIC;
     g->plane = vec3_scale(g->surface->side * place->surface->side, g->plane);
     g->surface = place->surface;
+    g->noise = 0;
     return path_put(g, place->uv, direction);
 }

@@ -389,6 +389,15 @@ static void test_exact_cut_roots_but_for_rounding(void **state) {
     assert_int_equal(cut_any_is_wrong(70300011), 0);
 }
 
+/* Nor can arms be followed there to 1e-12: their steps got shorter and shorter, and they were lost
+ * (the first three), or laid as arcs where chords were asked for. Faces had nodes 1e-6 to 9e-3
+ * spacings off, and said nothing. */
+static void test_exact_cut_arms_but_for_rounding(void **state) {
+    (void)state;
+    static const uint64_t seeds[] = {20262088, 9900650, 52000240, 88000213};
+    check_seeds(cut_any_is_wrong, seeds, sizeof seeds / sizeof *seeds);
+}
+
 /* Far beyond a corner of the part, past the end of a joint that does not go on there, an arm was
  * carried to the other face, ten spacings away, and lay on the cloth: that covered 0.89 and 0.98.
  */
@@ -774,6 +783,7 @@ int main(void) {
         cmocka_unit_test(test_exact_cut_lost_geodesics_that_met_no_joint),
         cmocka_unit_test(test_exact_cut_rough_edges_beyond_the_boundary),
         cmocka_unit_test(test_exact_cut_roots_but_for_rounding),
+        cmocka_unit_test(test_exact_cut_arms_but_for_rounding),
         cmocka_unit_test(test_exact_cut_arms_far_past_the_end_of_a_joint),
         cmocka_unit_test(test_exact_cut_weights_that_spread_far),
         cmocka_unit_test(test_exact_cut_where_parameters_turn_back),
