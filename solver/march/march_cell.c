@@ -179,9 +179,10 @@ void march_note_edges(struct march *march, const struct march_cell *at, const st
 }
 
 /* How far the ends of a rough cell's yarns may be apart, by their length, and for geodesics that
- * are shot how accurate their steps are. */
+ * are shot how accurate their steps are; of those that only lead to where lengths are measured. */
 static const double length_accuracy = 3e-8;
 static const double geodesic_accuracy[] = {1e-11, 1e-12}, rough_accuracy[] = {9e-10, 2e-9};
+static const double about_accuracy[] = {2e-2, 1e-4};
 
 /* How far from its face a yarn may lie that stays on its continuation, by its length: the way that
  * keeps to the joint between is longer by 8/3 of this squared. */
@@ -214,7 +215,7 @@ static enum fishnet_end meet_as_geodesics(struct march *march, const struct fish
                                                  accuracy, yarns, node);
     for (int k = 0; k < 2 && end == FISHNET_FOUND; k++)
         if (vec3_distance(node->point.jet.r, (k ? cell->c : cell->b)->jet.r) >
-            (1 + MARCH_STRETCH) * d[k] + gap)
+            (1 + MARCH_STRETCH + accuracy[0]) * d[k] + gap)
             end = FISHNET_NO_CONVERGENCE;
     return end;
 }
@@ -224,6 +225,31 @@ static bool lies_over_joint(struct march *march, const struct surface_point *poi
     const struct shell *shell = point->surface->shell;
     const struct crossing *joint = shell ? march_look_over(march, point) : NULL;
     return joint && joint->kind == CROSSING_JOINT && joint->distance > shell_joint_width(shell);
+}
+
+/* Moves a D that is nearly there to where both yarns have their length. Beside a joint it may have
+ * moved past that, and lengths were those of the face's continuation. */
+static bool measure_yarns(struct march *march, const struct fishnet_cell *cell, double accuracy,
+                          struct fishnet_yarns *yarns, struct fishnet_node *node) {
+    const double *d = march->length;
+    return fishnet_length_meet(&march->cursor, cell, d[0], d[1], accuracy, yarns, node) &&
+           !lies_over_joint(march, &node->point);
+}
+
+/* Geodesics that are shot to about D and measured there, which costs less than a round of accurate
+ * ones; or where they cannot be, shot all the way. */
+static enum fishnet_end shoot_and_measure(struct march *march, const struct fishnet_cell *cell,
+                                          struct fishnet_yarns *yarns, struct fishnet_node *node) {
+    enum fishnet_end end = meet_as_geodesics(march, cell, about_accuracy, yarns, node);
+    if (end != FISHNET_FOUND)
+        return end;
+    const struct fishnet_yarns about = *yarns;
+    const struct fishnet_node there = *node;
+    if (measure_yarns(march, cell, length_accuracy, yarns, node))
+        return FISHNET_FOUND;
+    *yarns = about;
+    *node = there;
+    return meet_as_geodesics(march, cell, rough_accuracy, yarns, node);
 }
 
 /* A cell with a rough edge: both yarns to D are geodesics of the spacing's length. Where chords led
@@ -243,14 +269,12 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
         measured = fishnet_collocation_solve(&march->cursor, cell, &wanted, &yarns, node) &&
                    cell->orientation *
                            vec3_dot(vec3_cross(yarns.end[0], yarns.end[1]), node->point.normal) >
-                       0;
+                       0 &&
+                   !lies_over_joint(march, &node->point);
     } else if (found) {
-        measured =
-            fishnet_length_meet(&march->cursor, cell, d[0], d[1], length_accuracy, &yarns, node);
+        measured = measure_yarns(march, cell, length_accuracy, &yarns, node);
     }
-    /* Beside a joint D may have moved past it, and lengths were those of the face's continuation.
-     */
-    if (measured && !lies_over_joint(march, &node->point)) {
+    if (measured) {
         march_note_edges(march, at, yarns.start, yarns.end);
         return FISHNET_FOUND;
     }
@@ -260,7 +284,8 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     node->tried = 0;
     const struct fishnet_yarns begun = yarns;
     const double *accuracy = geodesic ? geodesic_accuracy : rough_accuracy;
-    enum fishnet_end end = meet_as_geodesics(march, cell, accuracy, &yarns, node);
+    enum fishnet_end end = geodesic ? meet_as_geodesics(march, cell, accuracy, &yarns, node)
+                                    : shoot_and_measure(march, cell, &yarns, node);
     /* Over a joint that is curved, for one; not where the first rays could not be followed. */
     if (end == FISHNET_NO_CONVERGENCE && geodesic && node->iterations > 0) {
         memcpy(yarns.start, begun.start, sizeof yarns.start);
@@ -282,9 +307,7 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     /* Where the cell shears much, steps from the yarns at A may lead astray. */
     if (end == FISHNET_NO_CONVERGENCE && geodesic && found) {
         *node = chords;
-        if (fishnet_length_meet(&march->cursor, cell, d[0], d[1], rough_accuracy[0], &yarns,
-                                node) &&
-            !lies_over_joint(march, &node->point))
+        if (measure_yarns(march, cell, rough_accuracy[0], &yarns, node))
             end = FISHNET_FOUND;
     }
     if (end == FISHNET_FOUND)
