@@ -6,7 +6,12 @@
  */
 #include "joints.h"
 
-enum { MATES_MAX = 8 };
+enum {
+    MATES_MAX = 8,
+    GAP_PLACES = 128, /* of an edge, beside its ends */
+    GAP_SECTIONS = 6, /* by each of which a stretch of it is 0.62 as long */
+    GAP_RISE = 4      /* times what the gap is at the places it may be between them */
+};
 
 /* Two faces at an edge are folded on each other when the cosine of their angle is more. */
 static const double turned_back = 0.9994;
@@ -21,37 +26,47 @@ struct mates {
     int count;
 };
 
+/* How far a point is from an edge, looked for from *from first, then from elsewhere; *from gets
+ * where it is nearest. */
+static double distance_from_edge(const struct shell *shell, struct vec3 point,
+                                 const struct face_edge *edge, double *from) {
+    const struct face_curve *curve = &shell->curves[edge->curve];
+    struct curve_place place, other;
+    double least = curve_nearest(shell, curve, point, *from, edge->t, &place);
+    for (int quarter = 0; quarter <= 4 && least > shell->tolerance; quarter++) {
+        double t = edge->t[0] + quarter * (edge->t[1] - edge->t[0]) / 4;
+        double distance = curve_nearest(shell, curve, point, t, edge->t, &other);
+        if (distance < least) {
+            least = distance;
+            place = other;
+        }
+    }
+    *from = place.t;
+    return least;
+}
+
 /* Whether the two edges coincide; `gap` gets by how much they miss each other. */
 static bool coincide(const struct mates *mates, const struct face_edge *other, double middle,
                      bool *reversed, double *gap) {
     const struct shell *shell = mates->join->shell;
     const struct face_edge *edge = mates->edge;
-    double near[2], slack = 3 * shell->tolerance;
-    struct curve_place place;
+    double near[2], slack = 3 * shell->tolerance, first = middle, last = middle;
     *gap = 0;
     for (int k = 0; k < 2; k++)
         near[k] = fmax(vec3_distance(edge->end[0], other->end[k]),
                        vec3_distance(edge->end[1], other->end[1 - k]));
     if (!(fmin(near[0], near[1]) <= slack))
         return false;
-    double from = middle;
     for (int k = 0; k < JOIN_SAMPLES; k++) {
-        double distance = curve_nearest(shell, &shell->curves[other->curve], mates->sample[k], from,
-                                        other->t, &place);
-        if (distance > shell->tolerance)
-            for (int quarter = 0; quarter <= 4 && distance > shell->tolerance; quarter++)
-                distance = curve_nearest(shell, &shell->curves[other->curve], mates->sample[k],
-                                         other->t[0] + quarter * (other->t[1] - other->t[0]) / 4,
-                                         other->t, &place);
+        double distance = distance_from_edge(shell, mates->sample[k], other, &last);
         if (!(distance <= shell->tolerance * (1 + 1e-9)))
             return false;
         *gap = fmax(*gap, distance);
-        if (k == 0)
-            from = place.t;
+        first = k == 0 ? last : first;
     }
     *reversed = near[1] < near[0];
     if (fmax(near[0], near[1]) <= slack) /* closed: by the order of the samples */
-        *reversed = place.t < from;
+        *reversed = last < first;
     return true;
 }
 
@@ -267,20 +282,83 @@ static void choose_mate(const struct shell *shell, int32_t edge, struct mates *m
         keep_nearest(mates);
 }
 
-static void join_pair(struct shell *shell, int32_t edge, const struct mates *mates) {
+/* How far the place at t of an edge is from its mate's curve, looked for from *from; *from gets
+ * where that is nearest. */
+static double gap_at(const struct shell *shell, const struct face_edge *edge, double t,
+                     double *from) {
+    const struct face_edge *mate = &shell->edges[edge->mate];
+    const struct face_curve *curve = &shell->curves[mate->curve];
+    struct curve_place place, nearest;
+    curve_at(shell, &shell->curves[edge->curve], t, &place);
+    double gap = curve_nearest(shell, curve, place.r, *from, curve->range, &nearest);
+    *from = nearest.t;
+    return gap > shell->tolerance ? fmin(gap, distance_from_edge(shell, place.r, mate, from)) : gap;
+}
+
+/* Places of an edge: its ends and the middles of some steps between its points, which are dense
+ * where it bends; how many. At the points themselves curves meet that were laid through them. */
+static int spread_places(const struct join *join, const struct face_edge *edge,
+                         double t[GAP_PLACES + 2]) {
+    const struct face_curve *curve = &join->shell->curves[edge->curve];
+    const struct join_point *points = join->points + curve->first;
+    uint32_t begin = 0, end = curve->count - 1; /* steps */
+    while (begin < end && !(points[begin + 1].t > edge->t[0]))
+        begin++;
+    while (end > begin && !(points[end - 1].t < edge->t[1]))
+        end--;
+    uint32_t count = end - begin, places = count < GAP_PLACES ? count : GAP_PLACES;
+    t[0] = edge->t[0];
+    for (uint32_t k = 0; k < places; k++) {
+        const struct join_point *step = &points[begin + (2 * k + 1) * count / (2 * places)];
+        t[k + 1] = fmin(fmax((step[0].t + step[1].t) / 2, edge->t[0]), edge->t[1]);
+    }
+    t[places + 1] = edge->t[1];
+    return (int)places + 2;
+}
+
+/* The largest gap between a joined edge, the one with more points, and its mate's curve: among some
+ * places, and by golden sections beside the one where it is largest, where it may be more than what
+ * is known. */
+static double largest_gap_along(const struct join *join, const struct face_edge *edge,
+                                double known) {
+    const struct shell *shell = join->shell;
+    const double golden = 0.61803398874989485;
+    double t[GAP_PLACES + 2], largest = 0, from = shell->edges[edge->mate].t[edge->reversed];
+    int count = spread_places(join, edge, t), at = 0;
+    double beside = from;
+    for (int k = 0; k < count; k++) {
+        double gap = gap_at(shell, edge, t[k], &from);
+        if (gap > largest) {
+            largest = gap;
+            at = k;
+            beside = from;
+        }
+    }
+    double low = t[at > 0 ? at - 1 : 0], high = t[at + 1 < count ? at + 1 : at];
+    for (int k = 0; k < GAP_SECTIONS && largest > known / GAP_RISE; k++) {
+        double by = golden * (high - low), start[2] = {beside, beside};
+        double gap[2] = {gap_at(shell, edge, high - by, &start[0]),
+                         gap_at(shell, edge, low + by, &start[1])};
+        largest = fmax(largest, fmax(gap[0], gap[1]));
+        if (gap[0] > gap[1])
+            high = low + by;
+        else
+            low = high - by;
+    }
+    return largest;
+}
+
+static void join_pair(struct join *join, int32_t edge, const struct mates *mates) {
+    struct shell *shell = join->shell;
     struct face_edge *first = &shell->edges[edge], *second = &shell->edges[mates->found[0]];
+    double *largest = &shell->found.largest_gap;
     first->mate = mates->found[0];
     second->mate = edge;
     first->reversed = second->reversed = mates->reversed[0];
-    double gap = mates->gap[0]; /* and that of its ends from the curve of the other */
-    for (int k = 0; k < 2; k++) {
-        const struct face_curve *curve = &shell->curves[second->curve];
-        double from = second->t[first->reversed ? 1 - k : k];
-        struct curve_place place;
-        gap = fmax(gap, curve_nearest(shell, curve, first->end[k], from, curve->range, &place));
-    }
     shell->found.joined++;
-    shell->found.largest_gap = fmax(shell->found.largest_gap, gap);
+    const struct face_edge *finer =
+        shell->curves[second->curve].count > shell->curves[first->curve].count ? second : first;
+    *largest = fmax(*largest, largest_gap_along(join, finer, *largest));
 }
 
 /* Joins an edge to its mate, if there is one. */
@@ -318,7 +396,7 @@ static enum status join_edge(struct join *join, int32_t number, struct shell_fau
         return STATUS_INVALID;
     }
     if (mates.count == 1) {
-        join_pair(shell, number, &mates);
+        join_pair(join, number, &mates);
         return STATUS_OK;
     }
     bool first = true; /* of all that meet there: the fault is counted once */
@@ -342,7 +420,7 @@ static void join_sliver(struct join *join, int32_t number) {
             forget_mate(&mates, k);
     keep_nearest(&mates);
     if (mates.count)
-        join_pair(shell, number, &mates);
+        join_pair(join, number, &mates);
     else if (any)
         take_out(shell, &shell->edges[number]);
 }

@@ -64,7 +64,7 @@ struct shell_edges {
     size_t joined;      /* pairs of edges */
     size_t free;        /* edges that are the boundary of the shell */
     size_t faulty;      /* of `shell_make_lenient`: places where faces are not joined for a fault */
-    double largest_gap; /* between joined edges */
+    double largest_gap; /* between joined edges, where they are farthest apart */
     size_t duplicates;  /* faces left out, each being another one once more */
 };
 

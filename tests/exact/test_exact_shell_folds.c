@@ -254,6 +254,36 @@ static struct shell *join(struct shape *shape, int count, const struct trim_loop
     return shell;
 }
 
+/* Curves that are off each other on a short stretch of a joint, far from its quarters. */
+static void test_exact_shell_folds_gap_where_it_is_largest(void **state) {
+    static struct shape shape[2];
+    const double half[2] = {-1, 1}, off = 1.5e-5;
+    for (int reversed = 0; reversed < 2; reversed++) {
+        const double begin = reversed ? 0.96 : -0.98;
+        const double corner[2][8][2] = {{{-1, -1}, {0, -1}, {0, 1}, {-1, 1}, {-1, -1}},
+                                        {{1, -1},
+                                         {1, 1},
+                                         {0, 1},
+                                         {0, begin + 0.02},
+                                         {off, begin + 0.01},
+                                         {0, begin},
+                                         {0, -1},
+                                         {1, -1}}};
+        const struct trim_curve side[2] = {{.degree = 1, .count = 5, .points = corner[0]},
+                                           {.degree = 1, .count = 8, .points = corner[1]}};
+        const struct trim_loop loop[2] = {{.reversed = true, .curves = &side[0], .count = 1},
+                                          {.reversed = true, .curves = &side[1], .count = 1}};
+        struct arena *arena = arena_new((size_t)1 << 30);
+        for (int k = 0; k < 2; k++)
+            shape_plane(&shape[k], half, half);
+        struct shell_edges edges = shell_edges(join(shape, 2, loop, 2, arena));
+        assert_int_equal(edges.joined, 1);
+        check_below(fabs(edges.largest_gap / off - 1), 0.02);
+        arena_free(arena);
+    }
+    (void)state;
+}
+
 /* A cup: a disk in one patch with a wall of four faces, of radius and height 1. */
 static struct shell *make_cup(struct arena *arena) {
     enum { FACES = 5 };
@@ -640,6 +670,7 @@ int main(void) {
         cmocka_unit_test(test_exact_shell_folds_flaps_of_one_line),
         cmocka_unit_test(test_exact_shell_folds_yarns_that_touch_a_joint),
         cmocka_unit_test(test_exact_shell_folds_yarns_pass_a_joint_beyond_the_part),
+        cmocka_unit_test(test_exact_shell_folds_gap_where_it_is_largest),
         cmocka_unit_test(test_exact_shell_folds_cup_from_its_wall),
         cmocka_unit_test(test_exact_shell_folds_blade_is_cut_open_on_one_skin),
         cmocka_unit_test(test_exact_shell_folds_curved_creases),
