@@ -5,6 +5,7 @@
 #include "solver/course/line.h"
 #include "solver/laid_line.h"
 #include "solver/power.h"
+#include "solver/shell/crossing.h"
 #include "solver/shell/shell.h"
 #include "solver/surface/spans.h"
 #include <string.h>
@@ -14,6 +15,10 @@ static const double corner_cosine = 0.866;
 
 /* Points of the rim nearer to each other than this share of a spacing are one. */
 static const double rim_slack = 1e-6;
+
+/* Places are told to this share of a spacing: by the caller's parameters, and along the part's edge
+ * between points of the rim. */
+static const double told_slack = 1e-3;
 
 /* A line is followed beyond the part so far, in sizes of the part. */
 static const double most_of_line = 4;
@@ -246,23 +251,45 @@ static enum status along_edge(const struct layer *l, struct course_line *line) {
 
 /* ---- a course ---- */
 
-static bool place_is_on_part(const struct layer *l, const struct surface_point *at) {
-    const struct surface *surface = l->surface;
-    const struct trim *trim =
-        surface->shell ? shell_trim(surface->shell, at->surface->face) : l->part->trim;
+/* Whether the trimmed region has a point, or one beside it at no more than `slack`. */
+static bool trim_reaches(const struct trim *trim, const struct surface_point *at, double slack) {
     double uv[2], inner[2];
-    for (int x = 0; x < 2; x++)
-        inner[x] = surface_axis_wrap(&at->surface->axis[x], at->uv[x]);
-    surface_outer(at->surface, inner, uv);
-    return !surface_point_is_beyond(at, SURFACE_POINT_BOUNDARY_WIDTH) &&
-           (!trim || trim_contains(trim, uv));
+    for (int k = 0; k < 9; k++) { /* with the point itself in the middle */
+        const int side[2] = {(k + 4) / 3 % 3 - 1, (k + 4) % 3 - 1};
+        for (int x = 0; x < 2; x++) {
+            const struct surface_axis *axis = &at->surface->axis[x];
+            double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
+            inner[x] = surface_axis_wrap(axis, at->uv[x]);
+            inner[x] += side[x] * slack / sqrt(at->first[2 * x]);
+            inner[x] = fmin(fmax(inner[x], low), high);
+        }
+        surface_outer(at->surface, inner, uv);
+        if (trim_contains(trim, uv))
+            return true;
+        if (slack == 0)
+            return false;
+    }
+    return false;
 }
 
-/* Whether places of a line are on the part. */
+/* Whether a point is on the part, or beside its edge at no more than `slack`. */
+static bool is_on_part(const struct layer *l, const struct surface_point *at, double slack) {
+    const struct shell *shell = l->surface->shell;
+    struct crossing crossing;
+    if (shell) {
+        crossing_find(at, NULL, &crossing);
+        return crossing.kind == CROSSING_NONE ||
+               crossing.distance <= fmax(slack, shell_joint_width(shell));
+    }
+    return !surface_point_is_beyond(at, SURFACE_POINT_BOUNDARY_WIDTH) &&
+           (!l->part->trim || trim_reaches(l->part->trim, at, slack));
+}
+
+/* Whether places of a line are on the part: along its edge, as far as they are told. */
 static bool *mark_inside(const struct layer *l, const struct course_line *line) {
     bool *inside = arena_alloc(l->arena, line->count, sizeof *inside);
     for (size_t k = 0; inside && k < line->count; k++)
-        inside[k] = place_is_on_part(l, &line->at[k]);
+        inside[k] = is_on_part(l, &line->at[k], told_slack * l->settings->drape.spacing[0]);
     return inside;
 }
 
@@ -275,7 +302,7 @@ static double find_exit(const struct layer *l, const struct course_line *line, d
         struct surface_point at;
         struct vec3 tangent;
         double middle = (on + off) / 2;
-        bool there = line_point(line, middle, &cursor, &at, &tangent) && place_is_on_part(l, &at);
+        bool there = line_point(line, middle, &cursor, &at, &tangent) && is_on_part(l, &at, 0);
         *(there ? &on : &off) = middle;
     }
     return on;
@@ -320,15 +347,26 @@ static double range_share(const double range[2], double share) {
     return range[0] + share * (range[1] - range[0]);
 }
 
+/* Whether the caller's parameters tell where a point is: those of one far out on the continuation,
+ * near where a rational direction goes through infinity, may not. */
+static bool is_told(const struct layer *l, const struct surface_point *at) {
+    struct surface_point again;
+    double outer[2];
+    surface_outer(at->surface, at->uv, outer);
+    return layer_point(l, at->surface->face, outer, &again) &&
+           vec3_distance(again.jet.r, at->jet.r) < told_slack * l->settings->drape.spacing[0];
+}
+
 /* Ends a line about its point `middle` where places no longer follow each other: far beyond the
  * part the continuation runs away. */
-static void end_where_torn(double spacing, struct course_line *line, size_t *middle) {
+static void end_where_torn(const struct layer *l, struct course_line *line, size_t *middle) {
     const struct surface_point *at = line->at;
+    double spacing = l->settings->drape.spacing[0];
     size_t first = *middle, last = *middle;
-    while (first > 0 &&
+    while (first > 0 && is_told(l, &at[first - 1]) &&
            drape_place_follows(vec3_distance(at[first].jet.r, at[first - 1].jet.r) / spacing))
         first--;
-    while (last + 1 < line->count &&
+    while (last + 1 < line->count && is_told(l, &at[last + 1]) &&
            drape_place_follows(vec3_distance(at[last].jet.r, at[last + 1].jet.r) / spacing))
         last++;
     for (size_t k = last + 1; k-- > first;)
@@ -413,7 +451,7 @@ static enum status lay_edge(const struct layer *l, const struct course_line *lin
                                        s->drape.spacing[0], accuracy, l->arena, edge, &middle);
     if (status != STATUS_OK)
         return status;
-    end_where_torn(s->drape.spacing[0], edge, &middle);
+    end_where_torn(l, edge, &middle);
     for (size_t k = 0; k < count; k++)
         values[k] = offset && offset->count ? offset->values[k] : 0;
     measure_gap(l, &distance, line, inside, course, number == 0);

@@ -52,10 +52,14 @@ static bool advance_stop(struct march *march, struct stop *stop, double d) {
  * corner and come back, where ends may be alike over no arc. Generators may bend sideways. */
 static const double not_back = 0.99;
 
+/* Geodesics between the nodes of a generator that is none are found to this share of a spacing. */
+static const double between_nodes = 1e-7;
+
 /* Notes for march_place whether the edge to the neighbour on the side (di, dj), along which a path
- * went, is rough: no arc or with a chord that is less than this share of the arc's. */
+ * went, is rough: no arc or with a chord that is less than this share of the arc's. The yarn over a
+ * rough edge is its geodesic, though the path, unless it `is_straight`, bends there. */
 static void note_path_edge(struct march *march, const struct stop *from, const struct stop *to,
-                           int di, int dj, double least) {
+                           int di, int dj, double least, bool is_straight) {
     const struct surface_point *start = &from->point, *end = &to->point;
     double d = march->length[dj != 0], chord = d, curvature;
     march->edges.rough = 0;
@@ -69,9 +73,12 @@ static void note_path_edge(struct march *march, const struct stop *from, const s
     least *= fmin(chord, fishnet_arc_chord(d, curvature));
     if (even && vec3_distance(start->jet.r, end->jet.r) >= least)
         return;
-    march_note_edge(march, di ? 0 : 1, di + dj,
-                    fishnet_path_tangent(&from->path, start, from->tangent),
-                    fishnet_path_tangent(&to->path, end, to->tangent));
+    struct vec3 leave = fishnet_path_tangent(&from->path, start, from->tangent);
+    struct vec3 arrive = fishnet_path_tangent(&to->path, end, to->tangent);
+    if (!is_straight) /* or, where none is found, as the path goes */
+        (void)!fishnet_geodesic_between(march->surface, &march->cursor, start, end, between_nodes,
+                                        &d, &leave, &arrive);
+    march_note_edge(march, di ? 0 : 1, di + dj, leave, arrive);
 }
 
 /* A path that gets no further although the way to the border is longer than this, in spacings, does
@@ -123,7 +130,7 @@ bool march_straight_on(struct march *march, const struct surface_point *from, st
         *reason = why_path_ended(march, &end.path, d);
         return false;
     }
-    note_path_edge(march, &start, &end, di, dj, not_back);
+    note_path_edge(march, &start, &end, di, dj, not_back, true);
     *point = end.point;
     return true;
 }
@@ -284,7 +291,8 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
                                                          : DRAPE_REASON_BOUNDARY);
     const struct surface_point *point = march->mesh ? &on_mesh : &arm->at.point;
     if (!march->mesh)
-        note_path_edge(march, &before, &arm->at, arm->di, arm->dj, 0);
+        note_path_edge(march, &before, &arm->at, arm->di, arm->dj, 0,
+                       march->settings->generator[arm->dj != 0].kind == DRAPE_GENERATOR_GEODESIC);
     if (march_is_parted(march, i, j, -arm->di, -arm->dj, point))
         return STATUS_OK;
     enum status status = march_place(march, i, j, point, &zone);

@@ -579,19 +579,64 @@ static int32_t cell_along(const struct drape_settings *settings, int k, double x
     return (int32_t)floor(x);
 }
 
+/* The yarn that ends the cloth in direction k, of index `end`. */
+struct last_yarn {
+    int k;
+    int32_t end;
+};
+
+/* The size, across the yarn at a place of it and in spacings, of the difference of its nodes from
+ * `from` on with these weights; -1 where the net has not all of them. */
+static double difference_across(struct rim_cloth *cloth, const struct last_yarn *yarn, int32_t from,
+                                const double *weights, int count,
+                                const struct rim_cloth_point *place) {
+    struct vec3 sum = {0, 0, 0};
+    double ab[2];
+    for (int n = 0; n < count; n++) {
+        const struct net_node *node =
+            seen_node(cloth, yarn->k ? from + n : yarn->end, yarn->k ? yarn->end : from + n);
+        if (!node)
+            return -1;
+        sum = vec3_axpy(weights[n], node->r, sum);
+    }
+    return rim_cloth_components(place->along, sum, ab) ? fabs(ab[yarn->k]) : -1;
+}
+
+/* By how much the last yarn may be beside its arc or cubic in the cell of a place, in spacings
+ * across: half the greatest fourth difference of nodes among which are the cell's. At a corner of
+ * the angle a half way between two nodes that is a / 4, and the yarn 3 a / 16 beside. Where the net
+ * ends there and it goes straight on, by as much as it turns. */
+static double doubt_between(struct rim_cloth *cloth, const struct last_yarn *yarn,
+                            const struct rim_cloth_point *place) {
+    static const double fourth[5] = {1, -4, 6, -4, 1}, second[3] = {1, -2, 1};
+    int32_t at = (int32_t)floor(yarn->k ? place->p : place->q);
+    double most = -1;
+    for (int32_t from = at - 3; from <= at; from++)
+        most = fmax(most, difference_across(cloth, yarn, from, fourth, 5, place) / 2);
+    for (int side = 0; side < 2 && most < 0; side++)
+        most = difference_across(cloth, yarn, side ? at + 1 : at - 2, second, 3, place);
+    return fmax(most, 0);
+}
+
 /* What is hardly beyond the extent is on the yarn that ends it. */
-static void keep_on_last_yarn(const struct drape_settings *settings, struct vec3 edge,
+static void keep_on_last_yarn(struct rim_cloth *cloth, struct vec3 edge,
                               struct rim_cloth_point *place) {
     static const double across = 0.05; /* of an edge along a yarn, as a slope */
+    const struct drape_settings *settings = cloth->march->settings;
     double *pq[2] = {&place->p, &place->q}, ab[2];
     if ((!settings->has_extent[0] && !settings->has_extent[1]) ||
         !rim_cloth_components(place->along, edge, ab))
         return;
     for (int k = 0; k < 2; k++)
         for (int side = 0; side < 2 && settings->has_extent[k]; side++) {
-            double end = settings->extent[k][side];
+            const struct last_yarn yarn = {k, settings->extent[k][side]};
+            int32_t end = yarn.end;
+            double beyond = (*pq[k] - end) * (side ? 1 : -1);
             bool along = fabs(ab[k]) < across * fabs(ab[1 - k]);
-            if ((*pq[k] - end) * (side ? 1 : -1) < (along ? at_extent : past_extent))
+            double most = along ? at_extent : past_extent;
+            if (along && beyond >= most && beyond < lax)
+                most += doubt_between(cloth, &yarn, place);
+            if (beyond < most)
                 *pq[k] = side ? fmin(*pq[k], end) : fmax(*pq[k], end);
         }
 }
@@ -637,7 +682,7 @@ bool rim_cloth_find(struct rim_cloth *cloth, const struct rim_edge_point *spot,
             break;
         if (!seen)
             *place = own;
-        keep_on_last_yarn(settings, spot->dr, place);
+        keep_on_last_yarn(cloth, spot->dr, place);
         bool within = is_within(patch, place, hop < STRICT_HOPS ? strict : lax);
         if (within || is_within(patch, place, at_end)) {
             last = *place;

@@ -160,13 +160,17 @@ double surface_axis_inner(const struct surface_axis *axis, double x) {
     double from = x - axis->outer[0];
     double turns = axis->closed ? floor(from / length) : 0;
     from -= turns * length;
-    return turns * length + c * length * from / (length + (c - 1) * from);
+    double inner = turns * length + c * length * from / (length + (c - 1) * from);
+    bool between = x >= axis->outer[0] && x <= axis->outer[1];
+    return between ? fmin(inner, surface_axis_upper(axis)) : inner;
 }
 
 double surface_axis_outer(const struct surface_axis *axis, double inner) {
     double length = surface_axis_upper(axis) - surface_axis_lower(axis), c = axis->factor;
     if (inner == surface_axis_lower(axis) || inner == surface_axis_upper(axis))
         return axis->outer[inner > surface_axis_lower(axis)];
+    if (inner > surface_axis_lower(axis) && inner < surface_axis_upper(axis))
+        return surface_axis_outer_between(axis, inner);
     if (c == 1)
         return inner + axis->origin;
     double turns = axis->closed ? floor(inner / length) : 0, at = inner - turns * length;

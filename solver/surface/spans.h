@@ -105,11 +105,12 @@ double surface_axis_wrap(const struct surface_axis *axis, double x);
 double surface_axis_inner(const struct surface_axis *axis, double x);
 double surface_axis_outer(const struct surface_axis *axis, double inner);
 
-/* The latter strictly between the ends of an axis that is not closed. */
+/* The latter strictly between the ends: never beyond the upper one by rounding. */
 static inline double surface_axis_outer_between(const struct surface_axis *axis, double inner) {
     double length = surface_axis_length(axis), c = axis->factor;
-    return c == 1 ? inner + axis->origin
-                  : axis->outer[0] + length * inner / (c * length - (c - 1) * inner);
+    double outer = c == 1 ? inner + axis->origin
+                          : axis->outer[0] + length * inner / (c * length - (c - 1) * inner);
+    return outer < axis->outer[1] ? outer : axis->outer[1];
 }
 
 /* The derivative of the inner parameter by the caller's, at the inner one; and, where `second` is

@@ -245,45 +245,68 @@ static void test_exact_courses_cover_the_part_at_a_slant(void **state) {
         }
 }
 
+/* One course along a side of the domain, u or v at its lower or upper end, `first` inwards of it:
+ * how much of that is bare, as a share of it; `off` grows to how far, in spacings, the cloth has
+ * the middle three quarters of that side from where they are. */
+static double bare_share(struct shape *shape, int side, double first, double spacing, double *off) {
+    double low[2], high[2], bare = 0, all = 0;
+    struct plan plan;
+    struct laid laid;
+    shape_domain(shape, low, high);
+    double uv[2] = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2};
+    double end = uv[side / 2] = side % 2 ? high[side / 2] : low[side / 2];
+    plan_make(&plan, 0.4, 0, first, spacing);
+    plan.settings.along = COURSES_ALONG_EDGE;
+    plan.settings.edge = shape_point(shape, uv);
+    plan.settings.most = 1;
+    assert_int_equal(lay(shape, &plan.settings, &laid), STATUS_OK);
+    const struct drape_rim *rim = &laid.result.courses[0].net.rim;
+    const double *x = side < 2 ? rim->u : rim->v;
+    for (size_t n = 1; n < rim->count; n++) {
+        struct vec3 a = {rim->x[n - 1], rim->y[n - 1], rim->z[n - 1]};
+        struct vec3 b = {rim->x[n], rim->y[n], rim->z[n]};
+        double length = x[n - 1] == end && x[n] == end ? vec3_distance(a, b) : 0;
+        all += length;
+        bare += rim->covered[n] ? 0 : length;
+        if (length > 0 && fabs(rim->p[n]) < 15)
+            *off = fmax(*off, fabs(rim->q[n] + first / spacing));
+    }
+    arena_free(laid.arena);
+    return bare / all;
+}
+
 /* Cloth that begins on an edge of a random surface covers it along all of that edge: its near edge
- * is the part's, beside which the cubics between nodes are either way. */
+ * is the part's, beside which the cubics between nodes are either way; cloth that begins a tenth of
+ * a spacing inwards leaves it bare. The other seeds had surfaces on which an edge was bare or a
+ * course refused: edges with corners between two places, fillets shorter than a spacing across
+ * them, ends at which the continuation runs away. */
 static void test_exact_courses_reach_the_edge_they_are_laid_along(void **state) {
     (void)state;
     enum { SURFACES = 12 };
+    static const uint64_t hard[] = {142198634, 363579709, 1073618493, 9958280, 21616610,
+                                    23719830,  30244896,  32456742,   5867960, 40785396};
     static const double spacing = 0.05;
     static struct shape shape;
-    uint64_t seed = check_seed(11);
-    double most = 0;
-    for (int k = 0; k < 4 * SURFACES; k++) {
-        double low[2], high[2];
-        struct plan plan;
-        struct laid laid;
-        if (k % 4 == 0)
+    static const double inwards = 0.1 * 0.05;
+    double most = 0, least = 1, off = 0, none = 0;
+    for (size_t n = 0; n <= sizeof hard / sizeof *hard; n++) {
+        uint64_t seed = n > 0 ? hard[n - 1] : check_seed(11);
+        for (int k = 0; k < SURFACES; k++) {
             shape_random(&shape, &seed);
-        shape_domain(&shape, low, high);
-        double uv[2] = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2};
-        uv[k % 4 / 2] = k % 2 ? high[k % 4 / 2] : low[k % 4 / 2];
-        plan_make(&plan, 0.4, 0, 0, spacing);
-        plan.settings.along = COURSES_ALONG_EDGE;
-        plan.settings.edge = shape_point(&shape, uv);
-        plan.settings.most = 1;
-        assert_int_equal(lay(&shape, &plan.settings, &laid), STATUS_OK);
-        const struct course *course = &laid.result.courses[0];
-        const struct drape_rim *rim = &course->net.rim;
-        double bare = 0;
-        for (size_t n = 1; n < rim->count; n++) {
-            const double *x = k % 4 < 2 ? rim->u : rim->v;
-            struct vec3 a = {rim->x[n - 1], rim->y[n - 1], rim->z[n - 1]};
-            struct vec3 b = {rim->x[n], rim->y[n], rim->z[n]};
-            if (x[n - 1] == uv[k % 4 / 2] && x[n] == x[n - 1] && !rim->covered[n])
-                bare += vec3_distance(a, b);
+            for (int side = 0; side < 4; side++) {
+                most = fmax(most, bare_share(&shape, side, 0, spacing, &none));
+                if (n == 2)
+                    most = fmax(most, bare_share(&shape, side, -inwards, spacing, &off));
+            }
+            if (n == 0)
+                least = fmin(least, bare_share(&shape, k % 4, inwards, spacing, &none));
         }
-        most = fmax(most, bare);
-        arena_free(laid.arena);
     }
-    print_message("# of %d edges %.3f spacings are bare at the most\n", 4 * SURFACES,
-                  most / spacing);
+    print_message("# of an edge %.1e is bare at the most, beside it %.3f at the least; %.1e off\n",
+                  most, least, off);
     check_at_most(most, 0);
+    check_at_least(least, 0.9);
+    check_at_most(off, 2e-3); /* as yarns between two places go, not as the edge does: 2.7e-3 */
 }
 
 /* A gap that varies: of the Bezier polynomial the mean of its values is its mean. */
@@ -531,48 +554,62 @@ static void test_exact_courses_on_faces_are_those_of_the_whole(void **state) {
             const struct course *a = &faces.courses[k], *b = &laid.result.courses[k];
             assert_int_equal(a->net.nodes.count, b->net.nodes.count);
             check_near(a->cut_length, b->cut_length, 0.1 * 0.02);
-            check_near(a->net_area, b->net_area, 1e-6);
-            check_near(a->net.summary.mean_shear_deg, b->net.summary.mean_shear_deg, 2e-4);
+            /* at both ends a quarter of a thousandth of a spacing, which is the rim's own error,
+             * and of the shear the method's; of 40 seeds the most were 1.5e-6 and 2.5e-4 */
+            check_near(a->net_area, b->net_area, 2 * 0.3 * 0.25e-3 * 0.02);
+            check_near(a->net.summary.mean_shear_deg, b->net.summary.mean_shear_deg, 4e-4);
         }
         arena_free(laid.arena);
     }
 }
 
+/* By how much the area of one course along a side of a quadric, on faces that it is cut into,
+ * differs from that on the whole. */
+static double cut_misses(struct shape *shape, int side, enum cutting cutting, double spacing,
+                         uint64_t *seed) {
+    static struct pieces pieces;
+    double uv[2] = {0, 0}, least = HUGE_VAL;
+    struct plan plan;
+    struct laid laid;
+    struct courses_result faces;
+    uv[side / 2] = side % 2 ? 1 : -1;
+    plan_make(&plan, 0.4, 0, 0, spacing);
+    plan.settings.along = COURSES_ALONG_EDGE;
+    plan.settings.edge = shape_point(shape, uv);
+    plan.settings.most = 1;
+    assert_int_equal(lay(shape, &plan.settings, &laid), STATUS_OK);
+    pieces_cut(&pieces, cutting, shape, seed);
+    const struct drape_part part = {.shell = pieces_shell(&pieces, laid.arena)};
+    for (int right = 0; right < 2; right++) { /* the first face's is the whole's or the other */
+        plan.settings.to_right = right;
+        if (courses_lay(&part, &plan.settings, NULL, laid.arena, &faces) == STATUS_OK)
+            least = fmin(least, fabs(laid.result.net_area - faces.net_area));
+    }
+    arena_free(laid.arena);
+    return least;
+}
+
 /* A course along an edge covers the corners at its ends, of faces too: from wherever the rim comes
- * there. */
+ * there. Of the other seeds an edge lay on the trims of its faces only by rounding, so that its
+ * middle was somewhere else, and up to five cells were bare. */
 static void test_exact_courses_reach_the_corners_of_faces(void **state) {
     (void)state;
     static const double domain[2] = {-1, 1}, spacing = 0.07;
+    static const uint64_t hard[] = {975508349, 31676, 39595};
     static struct shape shape;
-    static struct pieces pieces;
-    uint64_t seed = check_seed(9);
     double most = 0;
-    for (int k = 0; k < 40; k++) {
-        struct plan plan;
-        struct laid laid;
-        struct courses_result faces;
-        double least = HUGE_VAL;
-        shape_quadric(&shape, random_between(&seed, -0.8, 0.8), random_between(&seed, -0.8, 0.8),
-                      domain, domain);
-        double uv[2] = {0, 0};
-        uv[k % 4 / 2] = domain[k % 2];
-        plan_make(&plan, 0.4, 0, 0, spacing);
-        plan.settings.along = COURSES_ALONG_EDGE;
-        plan.settings.edge = shape_point(&shape, uv);
-        plan.settings.most = 1;
-        assert_int_equal(lay(&shape, &plan.settings, &laid), STATUS_OK);
-        pieces_cut(&pieces, k < 20 ? CUT_QUADS : CUT_ISOLINES, &shape, &seed);
-        const struct drape_part part = {.shell = pieces_shell(&pieces, laid.arena)};
-        for (int side = 0; side < 2; side++) { /* the first face's is the whole's or the other */
-            plan.settings.to_right = side;
-            if (courses_lay(&part, &plan.settings, NULL, laid.arena, &faces) == STATUS_OK)
-                least = fmin(least, fabs(laid.result.net_area - faces.net_area));
+    for (size_t n = 0; n <= sizeof hard / sizeof *hard; n++) {
+        uint64_t seed = n > 0 ? hard[n - 1] : check_seed(9);
+        for (int k = 0; k < 40; k++) {
+            double b = random_between(&seed, -0.8, 0.8), a = random_between(&seed, -0.8, 0.8);
+            shape_quadric(&shape, a, b, domain, domain);
+            most = fmax(
+                most, cut_misses(&shape, k % 4, k < 20 ? CUT_QUADS : CUT_ISOLINES, spacing, &seed));
         }
-        most = fmax(most, least / (spacing * spacing));
-        arena_free(laid.arena);
     }
-    print_message("# on faces %.3f of a cell is bare that is not of the whole\n", most);
-    check_at_most(most, 0.1);
+    most /= spacing * spacing;
+    print_message("# on faces %.4f of a cell is bare that is not of the whole\n", most);
+    check_at_most(most, 0.02);
 }
 
 static void test_exact_courses_refuse_what_cannot_be_laid(void **state) {
