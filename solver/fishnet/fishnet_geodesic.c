@@ -246,11 +246,47 @@ static bool come_closer(struct approach *to, double closer, const struct meeting
     return !m->stalled;
 }
 
-/* Where the yarns are nearly parallel, D is nearly a double root: it is lost when the cell
- * collapses, and close to that Newton may go to its twin on the side of A. A step that does not
- * reduce the gap or leaves the right side is therefore halved. `chords` says whether the sides of
- * chords are looked at for that, as for a smooth cell, or the yarns' own. Rays are as accurate as
- * it takes to come nearer: first rays[0], in the end rays[1] of their length. */
+static bool are_fine(const struct meeting *m, const struct approach *to) {
+    return m->ray[0].error + m->ray[1].error <= 2 * to->finest;
+}
+
+/* Shoots once more where rough rays end near enough to each other. False where fine ones cannot be
+ * followed. */
+static bool confirm_gap(struct surface_cursor *cursor, struct approach *to, struct meeting *m,
+                        struct fishnet_node *node) {
+    if (to->gap > to->enough || are_fine(m, to) || m->ray[0].accuracy <= to->finest)
+        return true;
+    if (!shoot_finely(cursor, to, m, &node->tried))
+        return false;
+    node->residual = to->gap;
+    return true;
+}
+
+/* Shoots the next rays, by the angles. Where the yarns are nearly parallel, D is nearly a double
+ * root: it is lost when the cell collapses, and close to that Newton may go to its twin on the side
+ * of A. A step that does not reduce the gap or leaves the right side is therefore halved. False
+ * when the ends come no nearer. */
+static bool turn_both(struct surface_cursor *cursor, const struct fishnet_cell *cell, bool chords,
+                      struct approach *to, struct meeting *m, struct fishnet_node *node) {
+    struct meeting next = *m;
+    for (int k = 0; k < 2; k++) {
+        next.ray[k].accuracy = next_accuracy(to);
+        turn_ray(&next.ray[k], to->angle[k]);
+    }
+    bool followed = shoot_both(cursor, &next, &node->tried);
+    double closer = followed ? vec3_norm(next.gap) / to->least : HUGE_VAL;
+    m->astray = next.astray;
+    m->stalled = !chords && closer < to->gap && stay_crossed(cell, m, &next);
+    if (m->astray || m->stalled)
+        return false;
+    return closer < to->gap && ends_rightly(cell, chords, &next)
+               ? come_closer(to, closer, &next, m)
+               : try_again(cursor, to, closer, m, &node->tried);
+}
+
+/* `chords` says whether the sides of chords are looked at for a right D, as for a smooth cell, or
+ * the yarns' own. Rays are as accurate as it takes to come nearer: first rays[0], in the end
+ * rays[1] of their length. */
 static enum fishnet_end approach_by(const struct surface *surface, struct surface_cursor *cursor,
                                     const struct fishnet_cell *cell, double accuracy,
                                     const double rays[2], bool chords, struct meeting *m,
@@ -267,13 +303,8 @@ static enum fishnet_end approach_by(const struct surface *surface, struct surfac
     for (int round = 0; round < ROUNDS && going; round++) {
         node->residual = to.gap;
         node->iterations++;
-        bool fine = m->ray[0].error + m->ray[1].error <= 2 * rays[1];
-        if (to.gap <= to.enough && !fine && m->ray[0].accuracy > rays[1]) {
-            if (!shoot_finely(cursor, &to, m, &node->tried))
-                break;
-            node->residual = to.gap;
-            fine = m->ray[0].error + m->ray[1].error <= 2 * rays[1];
-        }
+        if (!confirm_gap(cursor, &to, m, node))
+            break;
         if (to.gap <= to.enough) {
             node->point = m->ray[0].end;
             return chords || crosses_rightly(cell, m) ? FISHNET_FOUND : FISHNET_COLLAPSED;
@@ -281,25 +312,12 @@ static enum fishnet_end approach_by(const struct surface *surface, struct surfac
         if (to.halvings == 0 &&
             !fishnet_close_gap(m->by[0], m->by[1], m->gap, least_sine2, to.angle))
             break;
-        if (to.halvings == 0 && fine && settle_ends(cursor, m, &to)) {
+        if (to.halvings == 0 && are_fine(m, &to) && settle_ends(cursor, m, &to)) {
             node->residual = settled_share * to.enough;
             node->point = m->ray[0].end;
             return ends_rightly(cell, chords, m) ? FISHNET_FOUND : FISHNET_COLLAPSED;
         }
-        struct meeting next = *m;
-        for (int k = 0; k < 2; k++) {
-            next.ray[k].accuracy = next_accuracy(&to);
-            turn_ray(&next.ray[k], to.angle[k]);
-        }
-        bool followed = shoot_both(cursor, &next, &node->tried);
-        double closer = followed ? vec3_norm(next.gap) / to.least : HUGE_VAL;
-        m->astray = next.astray;
-        m->stalled = !chords && closer < to.gap && stay_crossed(cell, m, &next);
-        if (m->astray || m->stalled)
-            break;
-        going = closer < to.gap && ends_rightly(cell, chords, &next)
-                    ? come_closer(&to, closer, &next, m)
-                    : try_again(cursor, &to, closer, m, &node->tried);
+        going = turn_both(cursor, cell, chords, &to, m, node);
     }
     return fishnet_has_collapsed(cell) ? FISHNET_COLLAPSED : FISHNET_NO_CONVERGENCE;
 }
