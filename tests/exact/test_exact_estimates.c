@@ -225,15 +225,18 @@ static void start_somewhere(const struct shape *shape, uint64_t *seed, double uv
         uv[k] = low[k] + random_between(seed, 0.2, 0.8) * (high[k] - low[k]);
 }
 
-/* Nets as large as the surfaces, from a spacing of a dozenth of them on. */
+/* Nets as large as the surfaces, from a spacing of a dozenth of them on. Of two members, as short
+ * runs have, one may have 2 % outside, of eight none of 14 families had 1 %: short runs take all
+ * families for one group. */
 static void test_exact_estimates_families(void **state) {
     static struct shape shape;
     uint64_t seed = first_seed();
+    int members = check_sized(FAMILY, 2);
+    struct tally tally = {0};
     (void)state;
     for (int k = 0; k < AWKWARD_FAMILIES; k++) {
         const struct awkward_family *family = &awkward_families[k];
-        struct tally tally = {0};
-        for (int round = 0; round < check_sized(FAMILY, 2); round++) {
+        for (int round = 0; round < members; round++) {
             double uv[2], angle_deg = random_between(&seed, 0, 90);
             double size = random_between(&seed, 0.6, 1.6);
             family->make(&shape, &seed);
@@ -242,8 +245,12 @@ static void test_exact_estimates_families(void **state) {
                 measure(family->name, &shape, uv, angle_deg, 0.16 / fine, (int)(size * fine / 0.16),
                         &tally);
         }
-        printf("  %-24s", family->name);
+        bool whole = members == FAMILY, last = k + 1 == AWKWARD_FAMILIES;
+        if (!whole && !last)
+            continue;
+        printf("  %-24s", whole ? family->name : "all families");
         check_tally(&tally);
+        tally = (struct tally){0};
     }
 }
 
@@ -268,7 +275,7 @@ static void test_exact_estimates_over_fillets(void **state) {
     static struct shape shape;
     struct tally tally = {0};
     uint64_t seed = first_seed();
-    int rounds = check_sized(FILLETED, 12);
+    int rounds = check_sized(FILLETED, 30); /* of 12 one in twenty has 1 % outside */
     (void)state;
     printf("  seed %llu, %d surfaces: ", (unsigned long long)seed, rounds);
     for (int round = 0; round < rounds; round++) {
@@ -307,7 +314,7 @@ static void test_exact_estimates_nearly_developable(void **state) {
     static struct shape shape;
     struct tally tally = {0};
     uint64_t seed = first_seed();
-    int rounds = check_sized(WAVED, 12);
+    int rounds = check_sized(WAVED, 30);
     (void)state;
     printf("  seed %llu, %d surfaces: ", (unsigned long long)seed, rounds);
     for (int round = 0; round < rounds; round++) {
