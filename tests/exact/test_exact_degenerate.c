@@ -135,9 +135,14 @@ static struct vec3 normal_at(const struct shape *shape, double u, double v) {
     return jet_normal(&jet);
 }
 
-/* Whether the cell is the right way round at one of its corners at least. */
+/* A yarn whose ends are nearer to each other than this share of its length goes over a fold there
+ * and, as to swapped control points, back over another: which way round a cell of it lies in space
+ * says nothing of the cloth. */
+static const double folded_yarn = 0.5;
+
+/* Whether the cell is the right way round at one of its corners at least, or lies over folds. */
 static bool flatten(const struct shape *shape, const struct drape_run *run, size_t k, bool unrolls,
-                    struct flat_cell *cell) {
+                    double d, struct flat_cell *cell) {
     const struct drape_nodes *nodes = &run->result.nodes;
     int i = run->result.cells.i[k], j = run->result.cells.j[k], at[4];
     struct vec3 r[4], sum = {0, 0, 0};
@@ -154,7 +159,8 @@ static bool flatten(const struct shape *shape, const struct drape_run *run, size
     for (int n = 0; n < 4; n++) {
         struct vec3 normal =
             unrolls ? vec3_make(0, 0, 1) : normal_at(shape, nodes->u[at[n]], nodes->v[at[n]]);
-        right = right || vec3_dot(normal, cell->normal) >= 0;
+        bool folds = !unrolls && vec3_distance(r[n], r[(n + 1) % 4]) < folded_yarn * d;
+        right = right || folds || vec3_dot(normal, cell->normal) >= 0;
         for (int m = 0; m < 2; m++)
             cell->corner[n][m] = vec3_dot(vec3_sub(r[n], cell->middle), cell->axis[m]);
     }
@@ -187,7 +193,7 @@ static double covered_twice(const struct shape *shape, const struct drape_run *r
     bool right = true;
     shape_domain(shape, low, high);
     for (size_t k = 0; k < count; k++)
-        right = (flatten(shape, run, k, unrolls, &cells[k]) || mosaic) && right;
+        right = (flatten(shape, run, k, unrolls, d, &cells[k]) || mosaic) && right;
     for (int s = 0; s < SAMPLES; s++) {
         double u = random_between(&seed, low[0], high[0]);
         double v = random_between(&seed, low[1], high[1]);
