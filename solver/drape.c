@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "drape.h"
 
+#include "solver/angle.h"
 #include "solver/march/cuts.h"
 #include "solver/march/march.h"
 #include "solver/march/start.h"
@@ -445,5 +446,10 @@ int32_t drape_find_hole(const struct drape_part *part, double least, struct vec3
         if (surface_has_spread_pole(part->shell ? shell_surface(part->shell, k) : part->surface,
                                     least, at, spread))
             return k;
-    return -1;
+    if (!part->shell)
+        return -1;
+    const struct shell_edges edges = shell_edges(part->shell);
+    *at = edges.shortest_at;
+    *spread = edges.shortest / ANGLE_PI;
+    return edges.shortest > 0 && *spread < least ? edges.shortest_face : -1;
 }

@@ -72,7 +72,8 @@ struct surface_bends;
 void drape_find_bends(const struct drape_part *part, struct surface_bends *bends);
 
 /* The first face whose border should be a pole, but is a hole less than `least` wide
- * (`surface_has_spread_pole`); -1 when there is none. */
+ * (`surface_has_spread_pole`), else one at the shortest piece of a shell's boundary, if that is a
+ * hole as narrow; -1 when there is none. `at` gets where and `spread` how wide it is. */
 int32_t drape_find_hole(const struct drape_part *part, double least, struct vec3 *at,
                         double *spread);
 

@@ -357,9 +357,9 @@ static void check_poles(const struct warnings_subject *s, struct api_summary *su
     if (s->request->surface.kind == API_SURFACE_SHELL)
         snprintf(pointer, sizeof pointer, "/surface/faces/%d", (int)face);
     warnings_add(&summary->warnings, "hole", pointer,
-                 "an edge of face %d should be a point, but its control points are up to %.2g %s "
-                 "apart at (%.6g, %.6g, %.6g): the part has a hole there, round which the net has "
-                 "to go. Give them one position",
+                 "an edge of face %d is all but a point, %.2g %s wide at (%.6g, %.6g, %.6g): the "
+                 "part has a hole there, round which the net has to go. Where it should be a "
+                 "point, give its control points one position",
                  (int)face, spread, s->request->length_unit->name, at.x, at.y, at.z);
 }
 

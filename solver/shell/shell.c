@@ -271,6 +271,16 @@ static void add_to_round(const struct shell *shell, const struct face_edge *edge
     }
 }
 
+/* Notes a piece of the boundary with this edge, if it is the shortest so far. */
+static void note_shortest(struct shell_edges *found, const struct shell *shell, int32_t edge,
+                          double length) {
+    if (found->shortest > 0 && found->shortest <= length)
+        return;
+    found->shortest = length;
+    found->shortest_face = edge_face(shell, (size_t)edge);
+    found->shortest_at = shell->edges[edge].end[0];
+}
+
 /* How many pieces the boundary of each component consists of, how many of them are edges of plates,
  * and the area that they run round together, which by Stokes' theorem is the integral of the normal
  * over the component. */
@@ -323,6 +333,7 @@ static enum status count_boundaries(struct shell *shell, struct arena *arena) {
         if (chains.root[k] == (int32_t)k) {
             int32_t component = shell->faces[edge_face(shell, (size_t)chains.edge[k])].component;
             shell->boundaries[component]++;
+            note_shortest(&shell->found, shell, chains.edge[k], rounds[k].length);
             shell->rounded[component] = vec3_add(shell->rounded[component], rounds[k].area);
             double across = vec3_dot(rounds[k].area, rounds[k].normal);
             shell->plates[component] +=

@@ -65,7 +65,10 @@ struct shell_edges {
     size_t free;        /* edges that are the boundary of the shell */
     size_t faulty;      /* of `shell_make_lenient`: places where faces are not joined for a fault */
     double largest_gap; /* between joined edges, where they are farthest apart */
-    size_t duplicates;  /* faces left out, each being another one once more */
+    double shortest;    /* the length of the shortest piece of the boundary; 0: there is none */
+    int32_t shortest_face;
+    struct vec3 shortest_at;
+    size_t duplicates; /* faces left out, each being another one once more */
 };
 
 /* Joins the faces; `tolerance` 0 is the default. The loops' regions are made in `arena`, too.

@@ -145,21 +145,32 @@ overlapping() {
     [[ "$stderr" == *"/surface/trims/0: trim 0 of the surface is open"* ]]
 }
 
-# spread_pole BY: a cone of revolution, 20 high, whose tip is a circle of that radius, as a request.
+# spread_pole BY FACES: a cone of revolution, 20 high, whose tip is a circle of that radius, in 1 or 4 faces, as a
+# request.
 spread_pole() {
-    jq -n --argjson e "$1" '[[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1], [1, 0]] as $ring |
-        {surface: {faces: [{degree_u: 2, degree_v: 1, size_u: 9, size_v: 2,
-            knotvector_u: [0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4], knotvector_v: [0, 0, 1, 1], control_points: {
-                points: [$ring[] | [50 * .[0], 50 * .[1], 0], [$e * .[0], $e * .[1], 20]],
-                weights: [range(9) | if . % 2 == 1 then 0.5 | sqrt else 1 end | ., .]}}]},
+    jq -n --argjson e "$1" --argjson faces "$2" '
+        [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1], [1, 0]] as $ring | (8 / $faces) as $n |
+        {surface: {faces: [range($faces) | $ring[. * $n:(. + 1) * $n + 1] | {degree_u: 2, degree_v: 1, size_u: length,
+            size_v: 2, knotvector_v: [0, 0, 1, 1],
+            knotvector_u: ([0, 0, 0] + [range(1; $n / 2) | ., .] + [$n / 2 | ., ., .]), control_points: {
+                points: [.[] | [50 * .[0], 50 * .[1], 0], [$e * .[0], $e * .[1], 20]],
+                weights: [range(length) | if . % 2 == 1 then 0.5 | sqrt else 1 end | ., .]}}]},
          start: {point: [20, 5, 11.7538]}, fabric: {spacing: 4}}'
 }
 
 @test "cut: a pole that is no point is told with its face" {
     for spread in 1e-3 0.05; do
-        spread_pole $spread | "$DRAPE" - 2>/dev/null | jq -e '.summary.warnings |
+        spread_pole $spread 1 | "$DRAPE" - 2>/dev/null | jq -e '.summary.warnings |
             map(select(.code == "hole" and .pointer == "/surface/faces/0")) | length == 1'
     done
-    spread_pole 0 | "$DRAPE" - 2>/dev/null | jq -e '.summary | .cloth_coverage == 1 and
-        (.warnings | map(select(.code == "hole")) | length) == 0'
+    for faces in 1 4; do
+        spread_pole 0 $faces | "$DRAPE" - 2>/dev/null | jq -e '.summary | .cloth_coverage == 1 and
+            (.warnings | map(select(.code == "hole")) | length) == 0'
+    done
+}
+
+@test "cut: a hole that is all but a point, between four faces, is told with one of them and its width" {
+    spread_pole 0.05 4 | "$DRAPE" - 2>/dev/null | jq -e '.summary.warnings | map(select(.code == "hole")) |
+        length == 1 and (.[0].pointer | test("^/surface/faces/[0-3]$")) and (.[0].detail | contains("0.1 m wide at "))'
+    spread_pole 0.5 4 | "$DRAPE" - 2>/dev/null | jq -e '.summary.warnings | all(.code != "hole")'
 }
