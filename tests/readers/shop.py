@@ -46,7 +46,7 @@ def read_piece(block, revision):
                for p in block.query(f"POINT[layer=='{layer}']")}
     assert corners == {at for line in outer + holes for at in line}
     area = sum(shoelace(line) for line in outer)
-    assert area > 0 and all(shoelace(line) < 0 for line in holes)
+    assert all(shoelace(line) > 0 for line in outer) and all(shoelace(line) < 0 for line in holes)
     notches = block.query("POINT[layer=='4']")
     for notch in notches:
         at = tuple(notch.dxf.location)
