@@ -79,7 +79,7 @@ def copy_tree(folder):
 
 def build(targets):
     """The output of a build that failed, or None."""
-    done = subprocess.run(["make", "-s", f"-j{os.cpu_count()}", "B=build", *targets],
+    done = subprocess.run(["make", "-s", f"-j{os.cpu_count()}", "B=build", "WARN=-w", *targets],
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, text=True)
     return done.stdout if done.returncode else None

@@ -36,6 +36,26 @@ static void test_optimise_of_a_fine_net_ends_on_it(void **state) {
     bytes_free(&coarse);
 }
 
+/* A net from a start near a corner shears more than coarse ones from elsewhere, and yet it alone
+ * may be the best and on the front. */
+static void test_optimise_puts_no_coarse_net_on_the_front(void **state) {
+    struct bytes part = text_replace(studied_bowl, "\"spacing\":0.1}",
+                                     "\"spacing\":0.0125},\"start\":{\"uv\":[0.97,0.2]}");
+    struct studied f = studied_make(
+        part.data, "\"vary\":{\"start\":{\"grid\":9}},\"search\":\"optimise\",\"budget\":20,"
+                   "\"objectives\":[\"max_shear_deg\",\"waste_area\"]");
+    size_t less = 0;
+    (void)state;
+    for (size_t k = 0; k < f.rows; k++) {
+        less += studied_value(&f, "max_shear_deg", k) < studied_best(&f, QUANTITY_MAX_SHEAR);
+        assert_true(!(studied_value(&f, "pareto", k) > 0) ||
+                    studied_value(&f, "coarseness", k) == 1);
+    }
+    check_above(less, 0);
+    studied_free(&f);
+    bytes_free(&part);
+}
+
 /* A search with the larger budget begins as that with the smaller, to the last bit, and so its best
  * is never worse, wherever in an epoch the smaller ends. */
 static void test_optimise_is_never_worse_with_more(void **state) {
@@ -72,6 +92,7 @@ static void test_optimise_is_never_worse_with_more(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_optimise_of_a_fine_net_ends_on_it),
+        cmocka_unit_test(test_optimise_puts_no_coarse_net_on_the_front),
         cmocka_unit_test(test_optimise_is_never_worse_with_more),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
