@@ -30,9 +30,9 @@ found() {
 }
 
 @test "four courses of 0.8 overlap by 0.2 / 3 where nothing of them is wasted" {
-    search .
-    # waste(g) = 4 (3.2 + 3 g - 3): the least is that of the last course ending at the edge.
-    found '$b.waste_area < 0.02 and $b.feasible == 1 and $b.cloth_coverage > 0.999'
+    search '.budget = 305'
+    # waste(g) = 4 (3.2 + 3 g - 3): the least is that of the last course ending at the edge. Chance finds 0.003.
+    found '$b.waste_area < 0.001 and $b.feasible == 1 and $b.cloth_coverage > 0.999'
     jq -e '.plies[0].courses.gap[0][0] + 0.2 / 3 | fabs < 0.002' best.json
     # The figures of a variant are those of its laminate, to the last bit.
     found '$c.trim_area == $b.waste_area and $c.cloth_coverage == $b.cloth_coverage'
@@ -44,14 +44,14 @@ found() {
     search '.vary.courses = {width: [0.7, 0.75, 0.9]}'
     found '($b.waste_area | fabs < 1e-6) and $c.count == 4'
     jq -e '.plies[0].courses.width | unique == [0.75]' best.json
-    jq -e '.courses | [.width, .variant] | transpose | map(.[0]) | unique | . - [0.7, 0.75, 0.9] == []' found.json
+    jq -e '.courses | [.width, .variant] | transpose | map(.[0]) | unique == [0.7, 0.75, 0.9]' found.json
 }
 
 @test "a gap that may be 0.02 wide is used, and no more" {
     search '.objectives = ["waste_area"] | .courses.width = 0.74 | .vary.courses.offsets = {from: 0, to: 0.1} |
         .limits = {gap_width: {max: 0.02}}'
     # Four courses and three gaps g are 2.96 + 3 g wide, all of the part where g = 0.04 / 3.
-    found '$b.gap_width <= 0.02 and $b.waste_area < 0.05 and $b.laid_coverage > 0.999 and
+    found '$b.gap_width <= 0.02 and $b.gap_width > 0.012 and $b.waste_area < 0.05 and $b.laid_coverage > 0.999 and
         (($b.laid_coverage - $b.cloth_coverage) * 12 - $c.gap_area | fabs < 1e-9)'
 }
 
