@@ -23,7 +23,7 @@ CAUGHT, SURVIVED, BROKEN, OPEN = "caught", "SURVIVED", "did not build", "not tri
 
 
 def split(test):
-    """The source of a test and the part of a name that it is limited to."""
+    """The source of a test, and what it is limited to: a part of names, or a request of known results."""
     name, _, part = test.partition(": ")
     path = f"tests/{name}"
     for source in (f"{path}.c", f"{path}.py", path):
@@ -96,7 +96,7 @@ def command_of(test):
     if source.endswith(".c"):
         return [f"build/{source[:-2]}"]
     if source.endswith(".py"):
-        return ["/usr/bin/python3", source]
+        return ["/usr/bin/python3", source, *(["build", part] if part else [])]
     return ["bats", "--tap", *(["-f", part] if part else []), source]
 
 
