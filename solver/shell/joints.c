@@ -26,6 +26,10 @@ struct mates {
     int count;
 };
 
+/* So much of its length from a corner at its end an edge has derivatives of its own, and not those
+ * of what follows it on its curve. */
+static const double off_corner = 1e-10;
+
 /* How far a point is from an edge, looked for from *from first, then from elsewhere; *from gets
  * where it is nearest. */
 static double distance_from_edge(const struct shell *shell, struct vec3 point,
@@ -33,9 +37,11 @@ static double distance_from_edge(const struct shell *shell, struct vec3 point,
     const struct face_curve *curve = &shell->curves[edge->curve];
     struct curve_place place, other;
     double least = curve_nearest(shell, curve, point, *from, edge->t, &place);
+    double length = edge->t[1] - edge->t[0], off = off_corner * length;
+    const double within[2] = {edge->t[0] + off, edge->t[1] - off};
     for (int quarter = 0; quarter <= 4 && least > shell->tolerance; quarter++) {
-        double t = edge->t[0] + quarter * (edge->t[1] - edge->t[0]) / 4;
-        double distance = curve_nearest(shell, curve, point, t, edge->t, &other);
+        double t = edge->t[0] + quarter * length / 4;
+        double distance = curve_nearest(shell, curve, point, t, within, &other);
         if (distance < least) {
             least = distance;
             place = other;

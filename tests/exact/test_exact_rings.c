@@ -100,6 +100,7 @@ static void test_exact_rings_are_the_cylinder(void **state) {
         if (kind == RING_PART)
             settings.start_uv[1] = (z[n % RINGS] + z[n % RINGS + 1]) / 2 / HEIGHT;
         assert_int_equal(shell_component_count(shell), 1);
+        check_below(shell_edges(shell).largest_gap, 1e-9);
         assert_int_equal(
             drape_solve(&(struct drape_part){.shell = shell}, &settings, NULL, arena, &result),
             STATUS_OK);
