@@ -240,19 +240,8 @@ static bool settle_place(struct surface_cursor *cursor, struct surface_place *pl
  * shorter edge, it has. */
 static const double landing = 0.05;
 
-/* Whether a corner of a cell lies in the region of another face than that of a point. */
-static bool is_on_other_face(const struct surface_point *corner,
-                             const struct surface_point *point) {
-    return corner->surface != point->surface && crossing_within(corner->surface, corner->uv);
-}
-
-/* A point beyond a joint, from which that leads back, belongs to one of its faces when it is no
- * further off than this share of the shorter edge, and twice the gap. */
-static const double at_joint = 1e-4;
-
 /* Newton on a face; where it ends outside its region beyond a joint, on the next one. A point that
- * either face of a joint carries to the other belongs to them next to the joint alone: at a sharp
- * crease the continuations of both may have a root, and neither face. */
+ * either face of a joint carries to the other is taken as it is. */
 static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell,
                             struct surface_place *begin, struct fishnet_node *node) {
     const struct surface *last = NULL;
@@ -265,13 +254,11 @@ static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_
             return false;
         crossing_find(&node->point, last, crossing);
         node->looked = !last;
-        /* Beyond a free edge it may lie over a face on the other side of a hole, or of a notch when
-         * the net is there already. */
+        /* Beyond a free edge it may lie over a face on the other side of a hole. */
         if (crossing->kind == CROSSING_FREE && !landed) {
             const struct surface_point *point = &node->point;
             struct shell_point over;
-            if ((shell_may_close(shell, point->surface->face) || is_on_other_face(cell->b, point) ||
-                 is_on_other_face(cell->c, point)) &&
+            if (shell_may_close(shell, point->surface->face) &&
                 shell_over(shell, point->jet.r, point->surface->face, landing * least, &over)) {
                 *begin = (struct surface_place){shell_surface(shell, over.face),
                                                 {over.inner[0], over.inner[1]}};
@@ -281,10 +268,8 @@ static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_
         }
         if (crossing->kind != CROSSING_JOINT)
             return true;
-        if (crossing->beyond == last) {
-            double gap = shell_edges(shell).largest_gap;
-            return crossing->at_corner || crossing->distance <= at_joint * least + 2 * gap;
-        }
+        if (crossing->beyond == last)
+            return true;
         last = node->point.surface;
         if (!crossing_carry(crossing, cursor, &node->point, 0, begin))
             return false;

@@ -355,14 +355,9 @@ enum rough_kind march_edge_chord(const struct march *march, const struct march_c
 static const double over_crease = 0.9999;
 
 /* Carries a D that was found on the continuation of a face to where it lies, over a crease of the
- * shell: chords lead back and forth over it just beyond. Whether its edges have to be laid anew.
- * Beyond the boundary D may lie past a smooth joint and not be found on the next face, so far out:
- * where it is carried then tells of no crease. */
+ * shell: chords lead back and forth over it just beyond. Whether its edges have to be laid anew. */
 static bool lies_over_crease(struct march *march, struct surface_point *d) {
     if (!lies_over_joint(march, d))
-        return false;
-    const struct crossing *joint = march_look_over(march, d);
-    if (joint->at_corner && vec3_dot(joint->from.normal, joint->to.normal) > over_crease)
         return false;
     struct surface_point beyond = *d;
     if (!crossing_settle(&march->cursor, &beyond) || beyond.surface == d->surface ||
@@ -515,15 +510,13 @@ bool march_solve_lengths(struct march *march, const struct march_cell *from,
         const struct fishnet_node chords = *node;
         end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, march->length, s->lanes,
                                      node);
-        /* Over a joint of which chords did not know yarns leave otherwise than chords do, and what
-         * does not converge by them may do so from face to face. */
-        bool lost = end == FISHNET_NO_CONVERGENCE && march->surface->shell;
-        if (lost)
+        /* Over a joint of which chords did not know what does not converge by them may do so from
+         * face to face. */
+        uneven.laid = end == FISHNET_NO_CONVERGENCE && march->surface->shell;
+        if (uneven.laid) {
             *node = chords;
-        if (lost || (end == FISHNET_FOUND && node->point.surface != chords.point.surface))
-            uneven.laid = true;
-        if (uneven.laid)
             end = solve_rough(march, at, &cell, true, node);
+        }
     }
     for (int k = 0; k < 2 && end == FISHNET_FOUND && !uneven.laid; k++)
         if (uneven.edge[k])
