@@ -331,6 +331,29 @@ static struct check *begin_of(const char *owner, const char *body) {
     return begin(&order);
 }
 
+/* With one fast process, which `first` has for a while: of the two that then wait the second is
+ * answered first. */
+static void check_passes(const char *first, const char *waits, const char *passes) {
+    struct check *running = begin_of(first, "sleep 100"), *other = begin_of(waits, "sleep 100");
+    assert_int_equal(end_of(begin_of(passes, "sleep 10")), API_MALFORMED_JSON);
+    assert_false(check_done(other));
+    check_drop(running);
+    check_drop(other);
+}
+
+/* What has just been answered was its owner's turn; and who has a slow one under way comes behind
+ * who has none, although neither has just been answered. */
+static void test_document_pool_owners_take_turns(void **state) {
+    (void)state;
+    struct document_pool_settings wanted = settings();
+    wanted.fast = 1;
+    start(&wanted);
+    check_passes("one", "one", "two");
+    struct check *slow = begin_slow();
+    check_passes("third", "a", "two");
+    check_drop(slow);
+}
+
 /* Whoever comes to a slow queue that two other owners hold waits for a turn of theirs, not for all
  * that they wait with; and they end in spite of that. */
 static void test_document_pool_slow_lane_has_turns(void **state) {
@@ -556,6 +579,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test_teardown(test_document_pool_quick_passes_slow, stop),
         cmocka_unit_test_teardown(test_document_pool_share_of_slow_lane, stop),
         cmocka_unit_test_teardown(test_document_pool_next_is_of_the_owner_with_fewest, stop),
+        cmocka_unit_test_teardown(test_document_pool_owners_take_turns, stop),
         cmocka_unit_test_teardown(test_document_pool_slow_lane_has_turns, stop),
         cmocka_unit_test_teardown(test_document_pool_long_ones_leave_a_place, stop),
         cmocka_unit_test_teardown(test_document_pool_share_a_budget, stop),
