@@ -421,7 +421,8 @@ void check_result(const struct shape *shape, const struct drape_settings *settin
     check_at_least(summary->coverage, 0);
     check_at_most(summary->coverage, 1 + 1e-9);
     check_at_least(summary->residual_max, 0);
-    check_below(summary->residual_max, 1e-9 + ROUNDING * size_of(shape) / spacing);
+    /* Of nodes far beyond the boundary, where polynomials cancel, more than 1e-9 may be left. */
+    check_below(summary->residual_max, 2e-9 + ROUNDING * size_of(shape) / spacing);
     assert_true(isfinite(summary->newton_iterations_mean));
     for (int k = 0; k < 2; k++) {
         const int32_t *range = k ? result->weft_range : result->warp_range;
