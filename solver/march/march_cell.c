@@ -236,6 +236,24 @@ static bool measure_yarns(struct march *march, const struct fishnet_cell *cell, 
            !lies_over_joint(march, &node->point);
 }
 
+/* The same from D as chords have it and, where that is on a joint along which a yarn comes, so that
+ * neither face has all of it, from beside it: from this share of the way to A. */
+static bool measure_from_chords(struct march *march, const struct fishnet_cell *cell,
+                                struct fishnet_yarns *yarns, struct fishnet_node *node) {
+    const double beside = 0.02;
+    const struct fishnet_node chords = *node;
+    struct surface_point *d = &node->point;
+    if (measure_yarns(march, cell, length_accuracy, yarns, node))
+        return true;
+    *node = chords;
+    if (!d->surface->shell)
+        return false;
+    struct vec3 to_a = vec3_sub(cell->a->jet.r, d->jet.r);
+    return surface_point_move(&march->cursor, d, vec3_scale(beside, to_a), d) &&
+           crossing_settle(&march->cursor, d) &&
+           measure_yarns(march, cell, length_accuracy, yarns, node);
+}
+
 /* Geodesics that are shot to about D and measured there, which costs less than a round of accurate
  * ones; or where they cannot be, shot all the way. */
 static enum fishnet_end shoot_and_measure(struct march *march, const struct fishnet_cell *cell,
@@ -272,7 +290,7 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
                        0 &&
                    !lies_over_joint(march, &node->point);
     } else if (found) {
-        measured = measure_yarns(march, cell, length_accuracy, &yarns, node);
+        measured = measure_from_chords(march, cell, &yarns, node);
     }
     if (measured) {
         march_note_edges(march, at, yarns.start, yarns.end);
