@@ -273,7 +273,7 @@ static bool trim_reaches(const struct trim *trim, const struct surface_point *at
 }
 
 /* Whether a point is on the part, or beside its edge at no more than `slack`. */
-static bool is_on_part(const struct layer *l, const struct surface_point *at, double slack) {
+static bool reaches_part(const struct layer *l, const struct surface_point *at, double slack) {
     const struct shell *shell = l->surface->shell;
     struct crossing crossing;
     if (shell) {
@@ -289,7 +289,7 @@ static bool is_on_part(const struct layer *l, const struct surface_point *at, do
 static bool *mark_inside(const struct layer *l, const struct course_line *line) {
     bool *inside = arena_alloc(l->arena, line->count, sizeof *inside);
     for (size_t k = 0; inside && k < line->count; k++)
-        inside[k] = is_on_part(l, &line->at[k], told_slack * l->settings->drape.spacing[0]);
+        inside[k] = reaches_part(l, &line->at[k], told_slack * l->settings->drape.spacing[0]);
     return inside;
 }
 
@@ -302,7 +302,7 @@ static double find_exit(const struct layer *l, const struct course_line *line, d
         struct surface_point at;
         struct vec3 tangent;
         double middle = (on + off) / 2;
-        bool there = line_point(line, middle, &cursor, &at, &tangent) && is_on_part(l, &at, 0);
+        bool there = line_point(line, middle, &cursor, &at, &tangent) && reaches_part(l, &at, 0);
         *(there ? &on : &off) = middle;
     }
     return on;

@@ -290,8 +290,8 @@ static void choose_mate(const struct shell *shell, int32_t edge, struct mates *m
 
 /* How far the place at t of an edge is from its mate's curve, looked for from *from; *from gets
  * where that is nearest. */
-static double gap_at(const struct shell *shell, const struct face_edge *edge, double t,
-                     double *from) {
+static double gap_to_mate(const struct shell *shell, const struct face_edge *edge, double t,
+                          double *from) {
     const struct face_edge *mate = &shell->edges[edge->mate];
     const struct face_curve *curve = &shell->curves[mate->curve];
     struct curve_place place, nearest;
@@ -333,7 +333,7 @@ static double largest_gap_along(const struct join *join, const struct face_edge 
     int count = spread_places(join, edge, t), at = 0;
     double beside = from;
     for (int k = 0; k < count; k++) {
-        double gap = gap_at(shell, edge, t[k], &from);
+        double gap = gap_to_mate(shell, edge, t[k], &from);
         if (gap > largest) {
             largest = gap;
             at = k;
@@ -343,8 +343,8 @@ static double largest_gap_along(const struct join *join, const struct face_edge 
     double low = t[at > 0 ? at - 1 : 0], high = t[at + 1 < count ? at + 1 : at];
     for (int k = 0; k < GAP_SECTIONS && largest > known / GAP_RISE; k++) {
         double by = golden * (high - low), start[2] = {beside, beside};
-        double gap[2] = {gap_at(shell, edge, high - by, &start[0]),
-                         gap_at(shell, edge, low + by, &start[1])};
+        double gap[2] = {gap_to_mate(shell, edge, high - by, &start[0]),
+                         gap_to_mate(shell, edge, low + by, &start[1])};
         largest = fmax(largest, fmax(gap[0], gap[1]));
         if (gap[0] > gap[1])
             high = low + by;
