@@ -182,7 +182,7 @@ void march_note_edges(struct march *march, const struct march_cell *at, const st
  * are shot how accurate their steps are; of those that only lead to where lengths are measured. */
 static const double length_accuracy = 3e-8;
 static const double geodesic_accuracy[] = {1e-11, 1e-12}, rough_accuracy[] = {9e-10, 2e-9};
-static const double about_accuracy[] = {2e-2, 1e-4};
+static const double about_accuracy[] = {2e-2, 1e-3};
 
 /* How far from its face a yarn may lie that stays on its continuation, by its length: the way that
  * keeps to the joint between is longer by 8/3 of this squared. */

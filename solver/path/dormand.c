@@ -75,6 +75,27 @@ static const double third[DORMAND_STAGES] = {-0.18980075407240762,
                                              0.20136540080403034,
                                              0.022651792198360825};
 
+/* J. R. Cash, A. H. Karp, A variable order Runge-Kutta method for initial value problems with
+ * rapidly varying right-hand sides, ACM Transactions on Mathematical Software 16, 1990: the same of
+ * order 5, and the solution less one of order 4. */
+enum { ROUGH_STAGES = 6 };
+static const double rough_stages[ROUGH_STAGES - 1][ROUGH_STAGES - 1] = {
+    {1.0 / 5},
+    {3.0 / 40, 9.0 / 40},
+    {3.0 / 10, -9.0 / 10, 6.0 / 5},
+    {-11.0 / 54, 5.0 / 2, -70.0 / 27, 35.0 / 27},
+    {1631.0 / 55296, 175.0 / 512, 575.0 / 13824, 44275.0 / 110592, 253.0 / 4096},
+};
+static const double rough_places[ROUGH_STAGES - 1] = {1.0 / 5, 3.0 / 10, 3.0 / 5, 1, 7.0 / 8};
+static const double rough_weights[ROUGH_STAGES] = {37.0 / 378,  0, 250.0 / 621,
+                                                   125.0 / 594, 0, 512.0 / 1771};
+static const double fourth[ROUGH_STAGES] = {37.0 / 378 - 2825.0 / 27648,
+                                            0,
+                                            250.0 / 621 - 18575.0 / 48384,
+                                            125.0 / 594 - 13525.0 / 55296,
+                                            -277.0 / 14336,
+                                            512.0 / 1771 - 1.0 / 4};
+
 /* Unrolled, the zeros above cost nothing. */
 #define UNROLL _Pragma("GCC unroll 12")
 
@@ -116,4 +137,17 @@ void dormand_two_steps(dormand_slope *slope_at, const struct dormand_task task[2
     }
     for (int n = 0; n < 2; n++)
         end_step(slope[n], &task[n]);
+}
+
+WIDE_CLONES
+void dormand_rough_step(dormand_slope *slope_at, const void *context, double h, const vec4 *from,
+                        vec4 *to, struct dormand_error *error) {
+    const vec4 zero = {0};
+    vec4 slope[ROUGH_STAGES] = {from[1]};
+    UNROLL for (int k = 1; k < ROUGH_STAGES; k++) {
+        vec4 y = combine(rough_stages[k - 1], k, slope, from[0], h);
+        slope_at(context, rough_places[k - 1] * h, &y, &slope[k]);
+    }
+    *error = (struct dormand_error){combine(fourth, ROUGH_STAGES, slope, zero, h), zero};
+    *to = combine(rough_weights, ROUGH_STAGES, slope, from[0], h);
 }

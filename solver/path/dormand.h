@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * One step of the explicit Runge-Kutta method of order 8 by Dormand and Prince for y' = f(s, y), y
- * of four components, with the two error estimates of its authors' program DOP853.
+ * of four components, with the two error estimates of its authors' program DOP853; and of one of
+ * order 5, which is cheaper where little is asked.
  */
 #ifndef SOLVER_PATH_DORMAND_H
 #define SOLVER_PATH_DORMAND_H
@@ -34,5 +35,11 @@ struct dormand_task {
 };
 
 void dormand_two_steps(dormand_slope *slope_at, const struct dormand_task task[2]);
+
+/* One step of order 5, by Cash and Karp, of half the evaluations: `third` is 0, and `fifth` the
+ * difference to the embedded solution of order 4, so that the error as above is that, of order h^5.
+ */
+void dormand_rough_step(dormand_slope *slope_at, const void *context, double h, const vec4 *from,
+                        vec4 *to, struct dormand_error *error);
 
 #endif

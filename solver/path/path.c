@@ -360,9 +360,9 @@ bool path_advance(struct path *path, double length) {
     return go_on(path, remaining, &effort, 0);
 }
 
-/* Whether nothing but a step in a span can be next. */
+/* Whether nothing but a step of order 8 in a span can be next. */
 static bool steps_in_span(const struct path *g) {
-    return g->ahead == 0 && !g->surface->has_poles;
+    return g->ahead == 0 && !g->surface->has_poles && !path_is_rough(g);
 }
 
 bool path_advance_both(struct path path[2], const double length[2]) {

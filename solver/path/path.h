@@ -88,8 +88,9 @@ bool path_curve(struct path *path, const struct surface *surface, const struct s
  * or 4; to be said again at every node. */
 void path_follow_net(struct path *path, double d, int order);
 
-/* Moves on by `length` >= 0 to a relative accuracy of 1e-12 of `length`; on past open boundaries
- * over the continued surface. As a rule one step of order 8 a span, whose work is bounded: False
+/* Moves on by `length` >= 0 to a relative accuracy of 1e-12 of `length`, or as set; on past open
+ * boundaries over the continued surface. As a rule one step of order 8 a span, whose work is
+ * bounded; of order 5 where little is asked: False
  * when the path cannot be followed with a few dozen; it is then unusable. */
 bool path_advance(struct path *path, double length);
 

@@ -145,7 +145,8 @@ double path_error_of_step(const struct path *g, const struct path_footing *at, d
 
 double path_try_step(const struct path *g, const struct path_footing *at, double h, vec4 *out) {
     struct dormand_error error;
-    dormand_step(path_slope, g, h, at->state, out, &error);
+    (path_is_rough(g) ? dormand_rough_step : dormand_step)(path_slope, g, h, at->state, out,
+                                                           &error);
     path_redirect(g, out);
     return path_error_of_step(g, at, h, &error);
 }

@@ -59,6 +59,14 @@ void path_redirect(const struct path *g, vec4 *y);
  * the top of path.h. */
 void path_slope(const void *context, double s, const vec4 *y, vec4 *slope);
 
+/* Held to no more than this, steps are as long as the surface lets them be: of order 5 they are
+ * nearly as long as of order 8, and take half the evaluations. */
+static const double path_rough_accuracy = 5e-4;
+
+static inline bool path_is_rough(const struct path *g) {
+    return g->accuracy > path_rough_accuracy;
+}
+
 /* One step of h, however long, and its error as below. */
 double path_try_step(const struct path *g, const struct path_footing *at, double h, vec4 *out);
 

@@ -7,6 +7,7 @@
 #include "shapes.h"
 #include "solver/fishnet/logarithm.h"
 #include "solver/path/collocation.h"
+#include "solver/path/dormand.h"
 #include "solver/path/path.h"
 #include "tests/check.h"
 #include <stdio.h>
@@ -433,8 +434,74 @@ static void test_exact_path_carries_its_jacobi_field(void **state) {
     check_below(worst[1], 1e-3);
 }
 
+/* y' = (cos s) y: y = exp(sin s), of which four times as much. */
+static void grow_and_shrink(const void *context, double s, const vec4 *y, vec4 *slope) {
+    *slope = cos(s + *(const double *)context) * *y;
+}
+
+/* What one step of h is wrong by, and what the rough one's error estimate is. */
+static void step_errors(double h, double error[3]) {
+    const double at = 0.3;
+    const vec4 y = {1, 2, -1, -2}, from[2] = {y, cos(at) * y};
+    struct dormand_error estimate;
+    double exact = exp(sin(at + h) - sin(at));
+    vec4 to;
+    dormand_step(grow_and_shrink, &at, h, from, &to, &estimate);
+    error[0] = fabs(to[0] - exact);
+    dormand_rough_step(grow_and_shrink, &at, h, from, &to, &estimate);
+    error[1] = fabs(to[0] - exact);
+    error[2] = fabs(estimate.fifth[0]);
+    check_below(fabs(to[3] + 2 * to[0]), 1e-15);
+}
+
+/* Of order 8 and 5, by a step half as long; the estimate of the latter, of order 4, is no less. */
+static void test_exact_path_steps_have_their_orders(void **state) {
+    double whole[3], half_step[3], order[3];
+    (void)state;
+    step_errors(0.3, whole);
+    step_errors(0.15, half_step);
+    for (int k = 0; k < 3; k++)
+        order[k] = log2(whole[k] / half_step[k]) - 1;
+    printf("  orders %.2f and %.2f, of the estimate %.2f\n", order[0], order[1], order[2]);
+    check_below(fabs(order[0] - 8), 0.5);
+    check_below(fabs(order[1] - 5), 0.5);
+    check_below(fabs(order[2] - 4), 0.5);
+    check_at_most(whole[1], whole[2]);
+}
+
+/* A rough path is as near to a great circle as it was told to be. */
+static void test_exact_path_is_followed_roughly(void **state) {
+    static struct shape shape;
+    struct arena *arena = arena_new((size_t)1 << 26);
+    struct surface *surface = split_sphere(&shape, arena);
+    const struct vec3 r = {-0.3, 0.1, sqrt(0.9)};
+    double worst = 0;
+    (void)state;
+    for (int k = 0; k < DIRECTIONS; k++) {
+        struct surface_cursor cursor = {0, 0};
+        struct surface_point from, to;
+        struct path path;
+        double uv[2], angle = 2 * M_PI * k / DIRECTIONS;
+        chart(r, uv);
+        assert_true(surface_point_at(surface, &cursor, uv, &from));
+        struct vec3 u = vec3_unit(from.jet.u), v = vec3_cross(from.normal, u);
+        struct vec3 t = vec3_axpy(sin(angle), v, vec3_scale(cos(angle), u));
+        assert_true(path_geodesic(&path, surface, &from, t));
+        path.accuracy = 1e-3;
+        assert_true(path_advance(&path, half));
+        assert_true(path_surface_point(&path, &cursor, &to, NULL));
+        worst = fmax(worst, vec3_distance(circle(r, t, half), to.jet.r) / half);
+    }
+    printf("  off by %.1e of the length\n", worst);
+    check_below(worst, 1e-3);
+    check_above(worst, 1e-9); /* steps of order 8 would be off by 1e-10 */
+    arena_free(arena);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exact_path_steps_have_their_orders),
+        cmocka_unit_test(test_exact_path_is_followed_roughly),
         cmocka_unit_test(test_exact_path_passes_corners_of_spans),
         cmocka_unit_test(test_exact_path_logarithms),
         cmocka_unit_test(test_exact_path_logarithms_over_joints_at_a_pole),
