@@ -10,7 +10,7 @@
 #include "rough.h"
 #include "solver/shell/crossing.h"
 
-enum { WAY_PIECES = 32, WAY_LINES = 8, WAY_JOINTS = 4 };
+enum { WAY_PIECES = 48, WAY_LINES = 8, WAY_JOINTS = 4 };
 
 /* What the point at the beginning of a piece lies on: a knot line of direction 0 or 1, or neither a
  * line nor a joint, or a joint, whose number is added to that. */
