@@ -94,6 +94,7 @@ INLINE struct departure departure_of(const struct departure_lanes *d, int end) {
 /* A geodesic leaves its ends beside the chord, where curvature k and torsion t change evenly from
  * one to the other, by c^2 times the integral of (1 - x) k(x) times that of t, from 0 to x, of
  * which a helix has k t / 6. */
+WIDE_CLONES
 bool rough_estimate(const struct surface_point *p, const struct surface_point *q,
                     struct rough_geodesic *geodesic) {
     struct lanes_point ends = {.jet = {both_vectors(p->jet.r, q->jet.r),

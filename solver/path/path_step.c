@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "path_step.h"
 
+#include "solver/wide.h"
+
 /* Rounding in the sums of one step, as a share of the surface's coordinates. */
 static const double rounding = 4e-15;
 
@@ -73,6 +75,7 @@ static vec4 slope_of(const struct path *g, const struct surface_jet *jet, double
     return g->curvature ? straight + steered_change(g, &basis, s, p, q) : straight;
 }
 
+WIDE_CLONES
 void path_slope(const void *context, double s, const vec4 *y, vec4 *slope) {
     const struct path *g = context;
     struct surface_jet jet;
