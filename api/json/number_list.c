@@ -33,36 +33,33 @@ static __attribute__((noinline)) size_t write_alone(char *text, double value, in
     return digits ? api_number_rounded(text, value, digits) : api_number_shortest(text, value);
 }
 
-static bool are_bits_equal(const double *a, const double *b, size_t count) {
-    return memcmp(a, b, count * sizeof *a) == 0;
-}
-
 size_t api_number_list(char *text, const double *values, size_t count, int digits) {
     struct digits_lanes lanes;
-    size_t length = 0; /* of the last text */
+    uint64_t bits, before = 0; /* of the last number */
+    size_t length = 0;         /* and of its text */
     char *at = text;
-    for (size_t i = 0, lane = 0; i < count; i++, lane++, at += length) {
-        if (i % DIGITS_TOGETHER == 0) {
-            size_t left = count - i < DIGITS_TOGETHER ? count - i : DIGITS_TOGETHER;
-            bool one = are_bits_equal(&values[i + 1], &values[i], left - 1);
-            spell_several(values + i, digits != 0 || one ? 0 : left, &lanes);
-            lane = 0;
+    for (size_t begin = 0; begin < count; begin += DIGITS_TOGETHER) {
+        const double *value = values + begin;
+        size_t left = count - begin < DIGITS_TOGETHER ? count - begin : DIGITS_TOGETHER;
+        bool one = memcmp(value + 1, value, (left - 1) * sizeof *value) == 0;
+        spell_several(value, digits != 0 || one ? 0 : left, &lanes);
+        for (size_t lane = 0; lane < left; lane++, at += length, *at++ = ',') {
+            memcpy(&bits, &value[lane], sizeof bits);
+            if (bits == before && length > 0) {
+                char copy[API_NUMBER_SIZE];
+                memcpy(copy, at - 1 - length, sizeof copy);
+                memcpy(at, copy, sizeof copy);
+                continue;
+            }
+            before = bits;
+            length = 0;
+            if (lanes.sure[lane])
+                length = digits_write(at, bits >> 63,
+                                      digits_of((char)lanes.first[lane], lanes.next[lane],
+                                                lanes.last[lane], (int)lanes.point[lane]));
+            if (length == 0)
+                length = write_alone(at, value[lane], digits);
         }
-        if (i > 0)
-            *at++ = ',';
-        if (i > 0 && are_bits_equal(&values[i], &values[i - 1], 1)) {
-            char copy[API_NUMBER_SIZE];
-            memcpy(copy, at - 1 - length, sizeof copy);
-            memcpy(at, copy, sizeof copy);
-            continue;
-        }
-        length = 0;
-        if (lanes.sure[lane])
-            length = digits_write(at, signbit(values[i]) ? 1 : 0,
-                                  digits_of((char)lanes.first[lane], lanes.next[lane],
-                                            lanes.last[lane], (int)lanes.point[lane]));
-        if (length == 0)
-            length = write_alone(at, values[i], digits);
     }
-    return (size_t)(at - text);
+    return count > 0 ? (size_t)(at - text) - 1 : 0;
 }
