@@ -108,7 +108,7 @@ $(B)/$(PARSERS)/wire: $(B)/$(PARSERS)/wire.o $(B)/server/http/wire.o
 # of the tree (ONLY: those in whose file or reason the pattern is found), and without ONLY 100 that
 # tests/mutants/generate.py makes at random, SEED again the same.
 mutants: ## before a release: small mistakes that tests have to notice, written ones and 100 at random (ONLY=: a pattern)
-	@deploy/setup.sh test
+	@$(MAKE) --no-print-directory -s .test-tools
 	@status=0; tests/mutants/mutants.py run '$(ONLY)' || status=1; \
 	    [ -n '$(ONLY)' ] || tests/mutants/generate.py --build $(B)/mutable $(SEED:%=--seed %) || status=1; \
 	    exit $$status
