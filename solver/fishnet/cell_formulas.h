@@ -35,7 +35,7 @@ INLINE void NAME(find_error)(struct NAME(corner) * d) {
 /* Of cells whose weft slides: the chord of those `wanted` for the D at hand. */
 INLINE void NAME(slide_chord)(struct NAME(corner) * d, struct NAME(slide) * slide, MASK wanted) {
     d->gradient = V(select)(wanted, NAME(slide_take)(slide, d->wc, wanted), d->gradient);
-    d->cd = N(select)(wanted, slide->chord, d->cd);
+    d->cd = slide->chord;
     d->cd2 = d->cd * d->cd;
     d->inverse[1] = 1 / d->cd2;
 }

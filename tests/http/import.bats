@@ -163,8 +163,7 @@ off() {
            .faces[0].kind == "mesh" and (.notes | length) == 2' "$body"
     id=$(field .id)
     cat >"$BATS_TEST_TMPDIR/a.stl" <<-'END'
-	solid a
-	facet normal 0 0 1
+	solid a, whose first facet does not say so
 	outer loop
 	vertex 0 0 0
 	vertex 2 0 0
@@ -359,6 +358,7 @@ assert [p["extras"]["face"] for p in primitives] == list(range(int(sys.argv[2]))
 
 
 def values(accessor, kind):
+    assert accessor >= 0
     a = gltf["accessors"][accessor]
     size = a["count"] * (3 if a["type"] == "VEC3" else 1)
     return struct.unpack_from(f"<{size}{kind}", data, gltf["bufferViews"][a["bufferView"]]["byteOffset"])

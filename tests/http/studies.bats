@@ -54,12 +54,14 @@ columns() {
 }
 
 @test "http: a study gives the numbers of the drapes it stands for" {
+    local begun=$SECONDS
     start --workers 2
     study 0.4 6 | submit_study
     [ "$(field .variants.total)" = 24 ]
     [ "$(header Location)" = "/v1/studies/$id" ]
     wait_study "$id" succeeded
     [ "$(field '[.progress, .variants.done, .summary.variants, .attempts] | join(" ")')" = "1 24 24 1" ]
+    jq -e ".summary.timing_ms.solve > 0 and .summary.timing_ms.solve <= 2000 * (1 + $SECONDS - $begun)" "$body"
     call GET "/v1/studies/$id/result"
     expect 200
     best=$(field .best.max_shear_deg)

@@ -8,6 +8,7 @@
 #include "server/log.h"
 #include "tests/check.h"
 #include <arpa/inet.h>
+#include <dirent.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -756,6 +757,17 @@ static void *ask_for_letters(void *length) {
     return NULL;
 }
 
+/* Of this process. */
+static int threads(void) {
+    int count = 0;
+    DIR *folder = opendir("/proc/self/task");
+    assert_non_null(folder);
+    for (const struct dirent *each; (each = readdir(folder));)
+        count += each->d_name[0] != '.';
+    closedir(folder);
+    return count;
+}
+
 /* Those that wait are answered, what is being sent comes to its end, new ones are refused, and
  * connections end with their answer. */
 static void test_front_ends(void **state) {
@@ -790,6 +802,7 @@ static void test_front_ends(void **state) {
     front = NULL;
     pthread_join(asking, NULL);
     pthread_join(fetching, NULL);
+    assert_int_equal(threads(), 1);
     assert_int_equal(length, 400000);
     assert_int_equal(status, 3200);
 }

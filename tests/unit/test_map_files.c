@@ -171,6 +171,7 @@ static void test_map_files_say_the_line_of_what_is_wrong(void **state) {
         assert_int_equal(mesh_text_read(files[wrong[k].file].read, text.data, text.length, arena,
                                         &mesh, &problem),
                          API_INVALID_REQUEST);
+        assert_int_equal(problem.count, 1);
         if (!strstr(problem.error[0].detail, wrong[k].says))
             fail_msg("%s is not in: %s", wrong[k].says, problem.error[0].detail);
         bytes_free(&text);

@@ -196,6 +196,33 @@ static void test_study_front_keeps_all_that_are_equal(void **state) {
     studied_free(&f);
 }
 
+/* Of two that none keeps that which is missed by more, whichever comes first. */
+static void test_study_says_which_of_two_limits_is_harder(void **state) {
+    static const struct {
+        const char *limits;
+        enum quantity_id hardest;
+    } cases[] = {
+        {"\"max_shear_deg\":{\"max\":0.1},\"p95_shear_deg\":{\"max\":20}", QUANTITY_MAX_SHEAR},
+        {"\"max_shear_deg\":{\"max\":30},\"p95_shear_deg\":{\"max\":0.1}", QUANTITY_P95_SHEAR},
+    };
+    struct bytes part = studied_saddle();
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        char rest[200];
+        snprintf(rest, sizeof rest,
+                 "\"vary\":{\"angle_deg\":[0,20]},\"objectives\":[\"waste_area\"],\"limits\":{%s}",
+                 cases[k].limits);
+        struct studied f = studied_make(part.data, rest);
+        for (size_t row = 0; row < f.rows; row++) {
+            check_above(studied_value(&f, "max_shear_deg", row), 30);
+            check_above(studied_value(&f, "p95_shear_deg", row), 20);
+        }
+        assert_int_equal(f.columns.study.hardest, cases[k].hardest);
+        studied_free(&f);
+    }
+    bytes_free(&part);
+}
+
 static void test_study_says_which_limit_is_hardest(void **state) {
     struct bytes part = studied_saddle();
     struct studied f = studied_make(
@@ -590,6 +617,7 @@ int main(void) {
         cmocka_unit_test(test_study_front_is_what_nothing_dominates),
         cmocka_unit_test(test_study_front_keeps_all_that_are_equal),
         cmocka_unit_test(test_study_says_which_limit_is_hardest),
+        cmocka_unit_test(test_study_says_which_of_two_limits_is_harder),
         cmocka_unit_test(test_study_warns_of_what_is_bare),
         cmocka_unit_test(test_study_best_keeps_the_limits),
         cmocka_unit_test(test_study_goes_on_after_a_variant_that_cannot_be_draped),
