@@ -85,9 +85,10 @@ static enum api_problem_id refuse_no_cell(const struct api_request *request,
                                           const struct drape_part *part,
                                           const struct drape_monitor *monitor, double area,
                                           struct arena *arena, struct api_problem *problem) {
-    enum { TRIES = 6 };
+    enum { TRIES = 6, NODES_MOST = 10000 };
     const char *unit = request->length_unit->name;
     struct drape_settings settings = request->settings;
+    settings.max_nodes = settings.max_nodes < NODES_MOST ? settings.max_nodes : NODES_MOST;
     double spacing = fmin(warnings_fine_spacing(area), settings.spacing[0]);
     spacing = warnings_two_digits(fmin(spacing, settings.spacing[1]));
     for (int k = 0; k < TRIES; k++, spacing = warnings_two_digits(spacing / 2)) {

@@ -344,6 +344,15 @@ near() { jq -ne "($1) - ($2) | fabs < $3" >/dev/null || { echo "$1 is not $2"; r
     [ "$(field .summary.cells)" -gt 100 ]
 }
 
+@test "http: where no spacing makes a cell, as on a strip like a hair, that is said at once" {
+    echo '{"surface": {"degree_u": 1, "degree_v": 1, "size_u": 2, "size_v": 2, "knotvector_u": [0, 0, 1, 1],
+           "knotvector_v": [0, 0, 1, 1], "control_points": [[0, 0, 0], [0, 1e-6, 0], [1, 0, 0], [1, 1e-6, 0]]},
+           "fabric": {"spacing": 0.5}}' | post /v1/drapes - -H 'Prefer: wait=40'
+    expect_problem 422 invalid-request
+    [ "$(field .pointer)" = /fabric/spacing ]
+    [[ "$(field .detail)" = *'without a cell, and so does one of '*'move the start, or turn'* ]]
+}
+
 @test "http: a start off the surface is the drape's own problem" {
     jq '.start = {"point": [100, 100, 100]}' "$EXAMPLES/saddle.json" | submit
     wait_for "$id" failed
