@@ -13,9 +13,6 @@
 /* An edge of the part ends at corners of more than 30 degrees. */
 static const double corner_cosine = 0.866;
 
-/* Points of the rim nearer to each other than this share of a spacing are one. */
-static const double rim_slack = 1e-6;
-
 /* Places are told to this share of a spacing: by the caller's parameters, and along the part's edge
  * between points of the rim. */
 static const double told_slack = 1e-3;
@@ -157,15 +154,12 @@ static struct vec3 cloth_rim_point(const struct drape_rim *rim, size_t k) {
 }
 
 /* Whether the loop of the rim's points from `first` on, `count` of them, turns sharply at point k
- * of it. Points nearer to it than `near` are that point once more, as rims have at corners. */
-static bool turns_at(const struct drape_rim *rim, size_t first, size_t count, size_t k,
-                     double near) {
-    struct vec3 r = cloth_rim_point(rim, first + k), way[2] = {{0, 0, 0}, {0, 0, 0}};
-    for (int side = 0; side < 2; side++)
-        for (size_t n = 1; n < count && !(vec3_norm(way[side]) > near); n++)
-            way[side] =
-                vec3_sub(cloth_rim_point(rim, first + (k + (side ? n : count - n)) % count), r);
-    return vec3_dot(vec3_unit(way[0]), vec3_unit(way[1])) > -corner_cosine;
+ * of it. */
+static bool turns_at(const struct drape_rim *rim, size_t first, size_t count, size_t k) {
+    struct vec3 r = cloth_rim_point(rim, first + k);
+    struct vec3 back = vec3_sub(cloth_rim_point(rim, first + (k + count - 1) % count), r);
+    struct vec3 ahead = vec3_sub(cloth_rim_point(rim, first + (k + 1) % count), r);
+    return vec3_dot(vec3_unit(back), vec3_unit(ahead)) > -corner_cosine;
 }
 
 /* The distance of a point from the piece between two points of the rim. */
@@ -239,12 +233,11 @@ static enum status along_edge(const struct layer *l, struct course_line *line) {
     if (!(least <= s.spacing[0]))
         return STATUS_START_OFF_SURFACE;
     size_t begin = best, pieces = 1;
-    double near = rim_slack * s.spacing[0];
-    while (pieces < count && !turns_at(rim, first, count, begin, near)) {
+    while (pieces < count && !turns_at(rim, first, count, begin)) {
         begin = (begin + count - 1) % count;
         pieces++;
     }
-    while (pieces < count && !turns_at(rim, first, count, (begin + pieces) % count, near))
+    while (pieces < count && !turns_at(rim, first, count, (begin + pieces) % count))
         pieces++;
     return follow_rim(l, rim, first, count, begin, pieces, line);
 }

@@ -127,7 +127,8 @@ $(B)/watched.so: tests/watched.c
 mutable:
 	@$(MAKE) --no-print-directory -s -j$(JOBS) $(MUTABLE_FLAGS) OPT=-O1 WARN=-w API_ARCHIVES=$(MUTABLE) \
 	    LIBS=$(MUTABLE) HARDEN_LINK='-Wl,-rpath,$(abspath $(B))/loaded' SANITIZE=--coverage \
-	    $(B)/draped $(B)/drape $(B)/drape-import $(B)/watched.so $(TESTS)
+	    $(B)/draped $(B)/drape $(B)/drape-import $(B)/watched.so $(TESTS) \
+	    $(B)/tests/import/make_parts
 mutant:
 	@$(MAKE) --no-print-directory -s $(MUTABLE_FLAGS) OPT='-O2 -Wno-empty-body -Wno-parentheses' \
 	    DEBUG= $(B)/loaded/libmutable.so

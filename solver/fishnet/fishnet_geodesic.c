@@ -220,10 +220,6 @@ static bool try_again(struct surface_cursor *cursor, struct approach *to, double
                       struct meeting *m, int *tried) {
     bool followed = missed < HUGE_VAL;
     double doubt = doubt_of(m);
-    if (!followed && to->coarsest > to->finest) {
-        to->coarsest = to->finest;
-        return true;
-    }
     if (m->ray[0].accuracy > to->finest && (!followed || fabs(missed - to->gap) <= doubt))
         return shoot_finely(cursor, to, m, tried);
     to->angle[0] /= 2;

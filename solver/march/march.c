@@ -237,12 +237,6 @@ static const size_t nodes_least = 1000;
 /* Nets of a shell flatter than this hardly ever meet themselves. */
 static const double flat_enough = 0.9;
 
-/* Whether it is a patch that closes: cloth that goes round it turns back beside the cut. */
-static bool is_closed_patch(const struct march *march) {
-    const struct surface *surface = march->surface;
-    return !march->mesh && !surface->shell && (surface->axis[0].closed || surface->axis[1].closed);
-}
-
 /* One net. A shell may be a deep cup, whose nets meet themselves, as those round a tube do: unless
  * it is flat it is watched, but where a team marches the quadrants at the same time. A net that
  * lies on itself then is marched again and watched from its first node on; that of an open patch
@@ -251,11 +245,10 @@ static bool is_closed_patch(const struct march *march) {
 static enum status march_net(struct march *march) {
     static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
     bool of_shell = !march->mesh && march->surface->shell, folded = false;
-    bool closed = is_closed_patch(march);
     march->size = part_size(march);
     memcpy(march->length, march->settings->spacing, sizeof march->length);
-    bool deep = closed || (of_shell && shell_flatness(march->surface->shell, march->surface->face) <
-                                           flat_enough);
+    bool deep =
+        of_shell && shell_flatness(march->surface->shell, march->surface->face) < flat_enough;
     march->watched =
         march->watched || march->mesh || (deep && !march->settings->team) ||
         (!march->cut.slit[0] == !march->cut.slit[1] && closes_all_round(march->surface));
@@ -290,7 +283,7 @@ static enum status march_net(struct march *march) {
         }
         if (stuck)
             return STATUS_START_STUCK;
-        if (unexpected && status == STATUS_OK && (of_shell || closed || march->counts.broken))
+        if (unexpected && status == STATUS_OK && (of_shell || march->counts.broken))
             status = march_find_overlap(march, &folded);
         if (!unexpected || !(folded || status == STATUS_TOO_MANY_NODES))
             return status;

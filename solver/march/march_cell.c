@@ -122,8 +122,7 @@ static bool expected_outside(struct march *march, const struct fishnet_cell *cel
         !crossing_settle(&march->cursor, &there))
         return false;
     crossing_find(&there, NULL, &crossing);
-    return crossing.kind == CROSSING_FREE ||
-           (crossing.kind == CROSSING_JOINT && crossing.at_corner);
+    return crossing.kind == CROSSING_FREE;
 }
 
 const struct net_node *march_node_at(const struct march *march, int32_t i, int32_t j) {

@@ -143,7 +143,6 @@ struct arm {
     int di, dj;
     int32_t outside;  /* nodes since the last one inside */
     struct vec3 left; /* where it went there; not on a mesh */
-    double turned;    /* by steering so far, to the left */
     bool started, ended;
     const struct drape_generator *through; /* along places that are given; else NULL */
     int32_t next;                          /* the place ahead */
@@ -160,16 +159,6 @@ static bool goes_round(const struct march *march, const struct arm *arm, double 
     bool turned =
         surface_point_is_beyond(&arm->at.point, 0) && vec3_dot(arm->left, arm->at.tangent) < 0;
     return arm->outside * d > (turned ? turns_after : 1) * march->size;
-}
-
-/* Whether an arm has been steered round in a full circle: it would meet itself, and go on for ever.
- */
-static bool is_steered_round(struct arm *arm, double d) {
-    const struct path *path = &arm->at.path;
-    if (!arm->started || !path->curvature)
-        return false;
-    arm->turned += d * curvature_at(path->curvature, path->sense * path->gone);
-    return fabs(arm->turned) > 2 * ANGLE_PI;
 }
 
 /* An arm along a polyline goes on where its points end as a geodesic. */
@@ -262,8 +251,6 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
     arm->ended = true;
     if (!march_in_extent(march, i, j))
         return march_fail(march, i, j, DRAPE_REASON_EXTENT);
-    if (march->surface && is_steered_round(arm, d))
-        return march_fail(march, i, j, DRAPE_REASON_FOLD);
     bool lost = false;
     enum drape_reason reason;
     struct stop before = arm->at;

@@ -334,13 +334,14 @@ static void grow_quadrant(void *data, int number) {
     struct quadrant *q = &((struct quadrant *)data)[number];
     struct quadrant_row *arm = &q->row[0];
     enum status status = STATUS_OK;
-    bool been_near = false, planted = true;
+    bool planted = true;
     arm->count = 0;
     forget_growth(q, arm);
     while (arm->count < q->length && quadrant_point(q, arm->count, 0, &arm->at[arm->count]))
         arm->count++;
     for (int32_t i = 0; i < arm->count; i++)
         q->reach[0] = has_left(q, i, 0, &arm->at[i]) ? q->reach[0] : i;
+    bool been_near = q->reach[0] > 0; /* the generator is a row, too */
     q->checked = 1;
     q->march->by_rows = q->march->overlap && q->in_blocks;
     for (int32_t j = 1, empty = 0; empty < q->march->fringe;) {
