@@ -98,6 +98,16 @@ with_host() { call GET /version -H "Host: $1"; }
     expect 202
 }
 
+@test "origin: a page sends no CAD file in the types of forms" {
+    for type in text/plain 'multipart/form-data; boundary=x' application/x-www-form-urlencoded ''; do
+        call POST '/v1/surfaces?format=stl' --data-binary solid -H "Content-Type:$type" \
+            -H "Origin: http://127.0.0.1:$PORT"
+        expect_problem 415 unsupported-media-type
+    done
+    call POST '/v1/surfaces?format=stl' --data-binary solid -H Content-Type: -H 'Sec-Fetch-Site: none'
+    expect_problem 422 unreadable-file
+}
+
 @test "origin: bodies with a Content-Encoding are 415" {
     quick 1.4 | gzip >"$BATS_TEST_TMPDIR/packed"
     post /v1/drapes "$BATS_TEST_TMPDIR/packed" -H 'Content-Encoding: gzip'

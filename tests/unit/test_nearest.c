@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "solver/shell/shell.h"
+#include "solver/shell/surface_point.h"
 #include "solver/surface/surface.h"
 #include "solver/surface/trim.h"
 
@@ -263,6 +264,26 @@ static struct surface *make_sphere(struct arena *arena) {
     return surface;
 }
 
+/* On a pole and beside it the sphere bends as elsewhere, along every tangent. */
+static void test_nearest_poles_bend_as_the_sphere(void **state) {
+    (void)state;
+    struct arena *arena = arena_new((size_t)1 << 22);
+    struct surface *surface = make_sphere(arena);
+    struct surface_cursor cursor = {0, 0};
+    for (int k = 0; k < 100; k++) {
+        double aside = k % 5 ? pow(10, -4 - 2 * (k % 5)) : 0;
+        const double uv[2] = {k / 25.0, k % 2 ? aside : 2 - aside};
+        struct surface_point point;
+        assert_true(surface_point_at(surface, &cursor, uv, &point));
+        struct vec3 a = vec3_unit(surface_point_tangent(&point, vec3_make(1, 0.1, 0)));
+        struct vec3 b = vec3_cross(point.normal, a);
+        double bend = surface_point_curvature(
+            &cursor, &point, vec3_axpy(sin(k), b, vec3_scale(cos(k), a)));
+        check_below(fabs(fabs(bend) - 0.5), 5e-6);
+    }
+    arena_free(arena);
+}
+
 /* As close to a pole as a billionth of the radius, on the sphere, inside and outside. */
 static void test_nearest_beside_a_pole(void **state) {
     (void)state;
@@ -415,6 +436,7 @@ int main(void) {
         cmocka_unit_test(test_nearest_is_no_further_than_any_place),
         cmocka_unit_test(test_nearest_of_a_square_is_known),
         cmocka_unit_test(test_nearest_is_not_held_by_creases),
+        cmocka_unit_test(test_nearest_poles_bend_as_the_sphere),
         cmocka_unit_test(test_nearest_beside_a_pole),
         cmocka_unit_test(test_nearest_of_the_centre_of_a_sphere),
         cmocka_unit_test(test_nearest_of_no_place_ends),
