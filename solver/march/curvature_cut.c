@@ -259,31 +259,6 @@ static double find_opposite(const struct surface_point *start, double step, doub
     return found ? girth : 0;
 }
 
-/* Goes on from the shell's boundary over the face's continuation, as long as it leads somewhere. */
-static bool follow_beyond(const struct curvature_line *from, double length, bool before,
-                          struct arena *arena, struct shell_slit_piece *piece) {
-    struct curvature_line line = *from;
-    size_t room = (size_t)(length / line.step) + 1;
-    double(*uv)[2] = arena_alloc(arena, room, sizeof *uv);
-    struct vec3 *r = arena_alloc(arena, room, sizeof *r), along;
-    struct surface_point to = line.at;
-    if (!uv || !r)
-        return false;
-    size_t count = 0;
-    do {
-        line.at = to;
-        line.along = count > 0 ? along : line.along;
-        size_t at = before ? room - 1 - count : count;
-        memcpy(uv[at], to.uv, sizeof *uv);
-        r[at] = to.jet.r;
-        count++;
-    } while (count < room && step_along(&line, line.step, &to, &along));
-    size_t first = before ? room - count : 0;
-    *piece = (struct shell_slit_piece){
-        .face = line.at.surface->face, .uv = uv + first, .r = r + first, .count = count};
-    return true;
-}
-
 /* For the places of a line of twice that length. */
 static bool make_line_room(struct curvature_line *line, double most, struct arena *arena) {
     line->room = (size_t)fmin(2 * most / line->step, PLACES_MOST);
@@ -295,7 +270,7 @@ static bool make_line_room(struct curvature_line *line, double most, struct aren
 
 /* First from the place opposite the start to one border, and then from there to the other. */
 enum status curvature_cut_make(const struct surface_point *start, double step, double most,
-                               double beyond, struct arena *arena, struct curvature_cut *cut) {
+                               struct arena *arena, struct curvature_cut *cut) {
     struct curvature_line line = {.step = step};
     *cut = (struct curvature_cut){.girth = find_opposite(start, STEPS_ROUND * step, most, &line)};
     cut->opposite = line.at.jet.r;
@@ -303,8 +278,6 @@ enum status curvature_cut_make(const struct surface_point *start, double step, d
         line.at.uv[k] = surface_axis_wrap(&line.at.surface->axis[k], line.at.uv[k]);
     if (!(cut->girth > 0) || !follow(&line, most))
         return STATUS_OK;
-    if (!follow_beyond(&line, beyond, true, arena, &cut->beyond[0]))
-        return STATUS_OUT_OF_MEMORY;
     line.along = vec3_scale(-1, line.along);
     if (!make_line_room(&line, most, arena))
         return STATUS_OUT_OF_MEMORY;
@@ -312,8 +285,7 @@ enum status curvature_cut_make(const struct surface_point *start, double step, d
     line.pieces[line.count - 1].ends = true;
     cut->pieces = line.pieces;
     cut->count = arrives ? line.count : 0;
-    return follow_beyond(&line, beyond, false, arena, &cut->beyond[1]) ? STATUS_OK
-                                                                       : STATUS_OUT_OF_MEMORY;
+    return STATUS_OK;
 }
 
 /* Half way round the line through the start that sets off along `along`, with shorter steps, whose

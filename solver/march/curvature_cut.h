@@ -14,18 +14,16 @@
 struct curvature_cut {
     struct shell_slit_piece *pieces; /* from border to border; `count` 0: there is none */
     size_t count;
-    struct shell_slit_piece beyond[2]; /* before and after them, on the faces' continuation */
-    struct vec3 opposite;              /* the place opposite the start */
-    double girth;                      /* the length of that section */
+    struct vec3 opposite; /* the place opposite the start */
+    double girth;         /* the length of that section */
 };
 
 /* The line, in an arena, with places `step` apart, a small share of the girth. There is none where
  * sections are not closed, where the surface is flat or as round as a sphere, over folds, and where
- * the line does not come from border to border within the length `most`; beyond them it goes on for
- * the length `beyond`. Errors: STATUS_OUT_OF_MEMORY. */
+ * the line does not come from border to border within the length `most`. Errors:
+ * STATUS_OUT_OF_MEMORY. */
 enum status curvature_cut_make(const struct surface_point *start, double step, double most,
-                               double beyond, struct arena *arena,
-                               struct curvature_cut *cut) STATUS_MUST_USE;
+                               struct arena *arena, struct curvature_cut *cut) STATUS_MUST_USE;
 
 /* The lines of curvature along which a shell that closes both ways is cut open, in an arena: each
  * through the place half way round the line of the other family through the start, and back to

@@ -44,9 +44,9 @@ static const double bend_most = 0.002;
 
 /* A line of curvature has so many steps along a triangle's side; it is no longer than so many times
  * the part's size, and its place opposite the start is no further from the mesh's cut than this
- * share of the girth; beyond the ends it goes on for a share of the size, as ghosts do. */
+ * share of the girth. */
 enum { STEPS_PER_SIDE = 4 };
-static const double lengths_most = 4, off_most = 1.0 / 6, beyond_ends = 0.3;
+static const double lengths_most = 4, off_most = 1.0 / 6;
 
 /* A place of the cut: parameters of its face, the edge of the mesh it is on, and where it is. */
 struct cut_place {
@@ -332,9 +332,8 @@ static bool line_cuts_tube(const struct cut_pieces *p, const struct mesh_tube_cu
 /* Puts the line of curvature opposite the start in the place of the mesh's cut, if there is one. */
 static enum status follow_curvature(struct cut_pieces *p, const struct mesh_tube_cuts *cuts,
                                     struct arena *arena, struct curvature_cut *line, bool *found) {
-    double size = shell_size(p->shell);
-    enum status status = curvature_cut_make(p->start, p->size / STEPS_PER_SIDE, lengths_most * size,
-                                            beyond_ends * size, arena, line);
+    double most = lengths_most * shell_size(p->shell);
+    enum status status = curvature_cut_make(p->start, p->size / STEPS_PER_SIDE, most, arena, line);
     *found = status == STATUS_OK && line_cuts_tube(p, cuts, line);
     if (*found) {
         p->piece = line->pieces;
@@ -400,8 +399,6 @@ static enum status open_tube(struct march *march) {
         return STATUS_OUT_OF_MEMORY;
     const struct shell_slit_lines lines = {.pieces = pieces.piece,
                                            .count = pieces.count,
-                                           .before = curved ? &line.beyond[0] : NULL,
-                                           .after = curved ? &line.beyond[1] : NULL,
                                            .reach = longest_way * fmax(d[0], d[1]),
                                            .beyond = beyond * shell_size(shell),
                                            .ahead = mesh->vertices,

@@ -66,20 +66,12 @@ static void extend(struct shell_slit *slit, const struct shell_slit_lines *lines
         behind ? (struct ribbon){end, far, {left, left}} : (struct ribbon){far, end, {left, left}};
 }
 
-/* Of what goes before the lines, their pieces, and what comes after them. */
-static const struct shell_slit_piece *piece_of_lines(const struct shell_slit_lines *lines,
-                                                     size_t number) {
-    return number == 0              ? lines->before
-           : number <= lines->count ? &lines->pieces[number - 1]
-                                    : lines->after;
-}
-
 enum status shell_slit_make(const struct shell *shell, const struct shell_slit_lines *lines,
                             struct arena *arena, struct shell_slit **made) {
     const struct shell_slit_piece *pieces = lines->pieces;
     size_t room = 2, count = lines->count;
-    for (size_t k = 0; k < count + 2; k++)
-        room += piece_of_lines(lines, k) ? piece_of_lines(lines, k)->count : 0;
+    for (size_t k = 0; k < count; k++)
+        room += pieces[k].count;
     struct shell_slit *slit = arena_alloc(arena, 1, sizeof *slit);
     struct ribbon *ribbons = arena_alloc(arena, room, sizeof *ribbons);
     struct box *boxes = arena_alloc(arena, room, sizeof *boxes);
@@ -87,10 +79,8 @@ enum status shell_slit_make(const struct shell *shell, const struct shell_slit_l
         return STATUS_OUT_OF_MEMORY;
     *slit = (struct shell_slit){
         .pieces = pieces, .piece_count = count, .ribbons = ribbons, .reach = 2 * lines->reach};
-    for (size_t p = 0; p < count + 2; p++) {
-        const struct shell_slit_piece *piece = piece_of_lines(lines, p);
-        if (!piece)
-            continue;
+    for (size_t p = 0; p < count; p++) {
+        const struct shell_slit_piece *piece = &pieces[p];
         const struct surface *surface = shell_surface(shell, piece->face);
         struct surface_cursor cursor = {0};
         struct surface_jet jet, next;

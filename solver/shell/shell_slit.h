@@ -23,10 +23,8 @@ struct shell_slit;
 struct shell_slit_lines {
     const struct shell_slit_piece *pieces; /* line after line; used as long as the slit is */
     size_t count;
-    const struct shell_slit_piece *before, *after; /* of no piece: how it goes on beyond the shell's
-                                                      boundary at both ends; NULL: straight */
-    bool closed;                                   /* one line, which ends where it begins */
-    double reach;                                  /* the length of the longest ways asked for */
+    bool closed;   /* one line, which ends where it begins */
+    double reach;  /* the length of the longest ways asked for */
     double beyond; /* it goes straight on for so long at both ends, or half way to the nearest */
     const struct vec3 *ahead; /* of the shell's points that lies there, of these */
     size_t ahead_count;

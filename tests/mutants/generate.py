@@ -321,7 +321,8 @@ def arguments():
     parser.add_argument("--count", type=int, default=100, help="how many mistakes in all (100)")
     parser.add_argument("--each", type=int, help="how many of each file instead")
     parser.add_argument("--seed", type=int, default=int(time.time()) % 100000, help="of the choice (the time)")
-    parser.add_argument("--seconds", type=float, default=60, help="of processor time of tests for one mistake (60)")
+    parser.add_argument("--seconds", type=float, default=200,
+                        help="of processor time of tests for one mistake (200)")
     parser.add_argument("--tests", default="", help="a regular expression: only tests in whose name it is found")
     parser.add_argument("--check", action="store_true", help="only whether equivalents.toml still fits")
     parser.add_argument("files", nargs="*", help="C files, or lines of them FILE:LINE (all of api, server and solver)")
