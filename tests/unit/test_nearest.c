@@ -277,8 +277,8 @@ static void test_nearest_poles_bend_as_the_sphere(void **state) {
         assert_true(surface_point_at(surface, &cursor, uv, &point));
         struct vec3 a = vec3_unit(surface_point_tangent(&point, vec3_make(1, 0.1, 0)));
         struct vec3 b = vec3_cross(point.normal, a);
-        double bend = surface_point_curvature(
-            &cursor, &point, vec3_axpy(sin(k), b, vec3_scale(cos(k), a)));
+        double bend =
+            surface_point_curvature(&cursor, &point, vec3_axpy(sin(k), b, vec3_scale(cos(k), a)));
         check_below(fabs(fabs(bend) - 0.5), 5e-6);
     }
     arena_free(arena);
