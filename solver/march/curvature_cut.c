@@ -13,8 +13,9 @@ static const double roundest = 1e-3;
 static const double straight_cosine = 0.9;
 
 /* Halvings of a step that find where it leaves a face, and by what share of it the next face is
- * entered. */
-enum { HALVINGS_TO_EDGE = 48 };
+ * entered. A line that goes over so many edges without a whole step between them goes back and
+ * forth over one along which it runs, and is given up. */
+enum { HALVINGS_TO_EDGE = 48, EDGES_MOST = 16 };
 static const double past_edge = 1e-6;
 
 /* Of a line that comes back: rounds in which its last step is found, steps that it has at the
@@ -37,6 +38,7 @@ struct curvature_line {
     struct vec3 *r;
     size_t count, used, room; /* pieces, places, and room for both */
     double gone;              /* its length so far */
+    int edges;                /* over which it has gone since its last whole step */
 };
 
 /* The directions of principal curvature, where these differ. */
@@ -106,6 +108,8 @@ static bool cross_edge(struct curvature_line *line, bool *ends) {
     struct surface_point to;
     struct crossing crossing;
     struct vec3 along;
+    if (++line->edges > EDGES_MOST)
+        return false;
     for (int k = 0; k < HALVINGS_TO_EDGE; k++) {
         double middle = (inside + outside) / 2;
         if (!step_along(line, middle, &to, &along))
@@ -145,6 +149,7 @@ static bool follow_step(struct curvature_line *line, bool *ends) {
     line->at = to;
     line->along = along;
     line->gone += line->step;
+    line->edges = 0;
     return keep_place(line);
 }
 

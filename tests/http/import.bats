@@ -335,6 +335,14 @@ box() {
     [[ $output == *"/surface/file: must end in .step"* ]]
 }
 
+# A line of curvature once went back and forth over an edge along which it runs, for minutes.
+@test "cli: the whole of a closed body is draped from a place beside an edge" {
+    echo "{\"surface\": {\"file\": \"$PARTS/cover.step\"}, \"fabric\": {\"spacing\": 9.5},
+           \"start\": {\"point\": [-8.342381936575556, 72.63821801082901, 35.17943398607709]}}" |
+        (ulimit -t 20 && "$DRAPE" 2>"$BATS_TEST_TMPDIR/said") >"$BATS_TEST_TMPDIR/drape.json"
+    jq -e '.summary.cells > 100' "$BATS_TEST_TMPDIR/drape.json"
+}
+
 @test "http: a preview has one primitive a face, cut along its trims" {
     for part in rounded cuts; do
         send model/step "$PARTS/$part.step"
