@@ -214,8 +214,8 @@ static bool shoot_finely(struct surface_cursor *cursor, struct approach *to, str
 }
 
 /* What may help where the last angles left a gap of `missed`, infinite if rays could not be
- * followed: shorter steps, of the next rays or, as the gap may have been their own error, of these;
- * smaller angles. False when nothing does. */
+ * followed: shorter steps of these rays, as the gap may have been their own error; smaller angles.
+ * False when nothing does. */
 static bool try_again(struct surface_cursor *cursor, struct approach *to, double missed,
                       struct meeting *m, int *tried) {
     bool followed = missed < HUGE_VAL;

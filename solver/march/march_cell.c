@@ -109,8 +109,7 @@ static bool nearest_outside(const struct march *march, const struct fishnet_cell
     return is_outside(march->surface, uv);
 }
 
-/* Whether either says so; on a shell, whether the place expected lies beyond a free edge, or beyond
- * the end of a joint. */
+/* Whether either says so; on a shell, whether the place expected lies beyond a free edge. */
 static bool expected_outside(struct march *march, const struct fishnet_cell *cell) {
     const struct surface_point *c = cell->c;
     struct vec3 step = vec3_sub(cell->guess, c->jet.r);
