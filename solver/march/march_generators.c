@@ -2,7 +2,6 @@
 /* The four arms of the two generator yarns. */
 #include "march.h"
 
-#include "solver/angle.h"
 #include "solver/fishnet/correction.h"
 #include "solver/fishnet/fishnet_geodesic.h"
 #include "solver/fishnet/rough.h"
